@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "sdk/template/check_patches.hpp"
@@ -93,6 +94,57 @@ void release_connections(TemplateData& data) {
     std::erase_if(data.edges, is_released);
 }
 
+// Across one cut, and no other, from one of a template's vertices.
+class AcrossCut {
+  public:
+    AcrossCut(const TemplateData& data, size_t cut, double spacings)
+        : data_(data), cuts_(data.node_grid.cuts), cut_(cuts_.subspan(cut, 1)) {
+        for (size_t i = 0; i < cuts_.size(); ++i)
+            if (i != cut) others_.push_back(cuts_[i]);
+        reach_ = spacings * data.node_grid.spacing_u;
+        // Across a cut that is as far away lies a vertex a spacing farther.
+        cells_ = static_cast<int>((reach_ + data.node_grid.spacing_u) / data.grid.spacing);
+    }
+    std::optional<VertexBesideCut> from(int x, int y) const {
+        const SurfaceGrid& grid = data_.grid;
+        const auto cell = static_cast<size_t>(y * grid.columns + x);
+        if (grid.vertex[cell] < 0) return std::nullopt;
+        const uint8_t piece = piece_at(grid, cell);
+        const ViewPixel at = pixel(x, y);
+        VertexBesideCut found{static_cast<size_t>(grid.vertex[cell]), 0, 0, cell,
+                              distance_to_cut(cut_, piece, at)};
+        if (found.distance >= reach_) return std::nullopt;
+        int nearest = cells_ * cells_ + 1;
+        for (int down = -cells_; down <= cells_; ++down)
+            for (int right = -cells_; right <= cells_; ++right) {
+                const int squared = down * down + right * right;
+                if (squared >= nearest) continue;
+                const int32_t across = vertex_at(grid, x + right, y + down, piece),
+                              behind = vertex_at(grid, x - right, y - down, piece);
+                const ViewPixel beyond = pixel(x + right, y + down),
+                                back = pixel(x - right, y - down);
+                if (across < 0 || behind < 0 || !is_parted(cut_, piece, at, beyond) ||
+                    is_parted(others_, piece, at, beyond) || is_parted(cut_, piece, at, back))
+                    continue;
+                nearest = squared;
+                found.across = static_cast<size_t>(across);
+                found.behind = is_parted(others_, piece, at, back) ? found.vertex
+                                                                   : static_cast<size_t>(behind);
+            }
+        if (nearest > cells_ * cells_) return std::nullopt;
+        return found;
+    }
+
+  private:
+    ViewPixel pixel(int x, int y) const { return {x * data_.grid.spacing, y * data_.grid.spacing}; }
+
+    const TemplateData& data_;
+    const std::span<const CutLine> cuts_, cut_;
+    std::vector<CutLine> others_;
+    double reach_;  // px
+    int cells_;
+};
+
 }  // namespace
 
 bool is_parted(std::span<const CutLine> cuts, size_t piece, const ViewPixel& from,
@@ -123,42 +175,15 @@ std::vector<uint8_t> vertices_beside_cuts(const TemplateData& data) {
     return is_beside;
 }
 
-std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data) {
+std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data, double spacings) {
     std::vector<VertexBesideCut> found;
-    const std::span<const CutLine> cuts = data.node_grid.cuts;
-    if (cuts.empty()) return found;
-    const SurfaceGrid& grid = data.grid;
-    const double reach = data.node_grid.spacing_u / grid.spacing;  // cells
-    const auto cells = static_cast<int>(2 * reach);
-    const auto pixel_at = [&](int x, int y) {
-        return ViewPixel{x * grid.spacing, y * grid.spacing};
-    };
-    for (int y = 0; y < grid.rows; ++y)
-        for (int x = 0; x < grid.columns; ++x) {
-            const auto cell = static_cast<size_t>(y * grid.columns + x);
-            if (grid.vertex[cell] < 0) continue;
-            const uint8_t piece = piece_at(grid, cell);
-            const ViewPixel from = pixel_at(x, y);
-            const double distance = distance_to_cut(cuts, piece, from);
-            if (distance >= data.node_grid.spacing_u) continue;
-            int nearest = cells * cells + 1;
-            VertexBesideCut beside{static_cast<size_t>(grid.vertex[cell]), 0, 0, distance};
-            for (int down = -cells; down <= cells; ++down)
-                for (int right = -cells; right <= cells; ++right) {
-                    const int squared = down * down + right * right;
-                    if (squared >= nearest) continue;
-                    const int32_t across = vertex_at(grid, x + right, y + down, piece),
-                                  behind = vertex_at(grid, x - right, y - down, piece);
-                    if (across < 0 || behind < 0 ||
-                        !is_parted(cuts, piece, from, pixel_at(x + right, y + down)) ||
-                        is_parted(cuts, piece, from, pixel_at(x - right, y - down)))
-                        continue;
-                    nearest = squared;
-                    beside.across = static_cast<size_t>(across);
-                    beside.behind = static_cast<size_t>(behind);
-                }
-            if (nearest <= cells * cells) found.push_back(beside);
-        }
+    for (size_t cut = 0; cut < data.node_grid.cuts.size(); ++cut) {
+        const AcrossCut across(data, cut, spacings);
+        for (int y = 0; y < data.grid.rows; ++y)
+            for (int x = 0; x < data.grid.columns; ++x)
+                if (const std::optional<VertexBesideCut> beside = across.from(x, y))
+                    found.push_back(*beside);
+    }
     return found;
 }
 

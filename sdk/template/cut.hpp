@@ -18,13 +18,16 @@ bool is_parted(std::span<const CutLine> cuts, size_t piece, const ViewPixel& fro
 // 1 for each vertex of the first view that is closer to a cut than a spacing of control points.
 std::vector<uint8_t> vertices_beside_cuts(const TemplateData& data);
 
-// A vertex near a cut: those nearest to it across the cut, and as far behind it on its own side.
+// A vertex near a cut: the one nearest to it across the cut, and as far behind it on its own side;
+// itself, where another cut lies between.
 struct VertexBesideCut {
     size_t vertex, across, behind;
+    size_t cell;      // of the grid
     double distance;  // px, to the cut
 };
-// Those of the first view that are closer to a cut than a spacing of control points and have both.
-std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data);
+// Those of the first view that are closer to a cut than so many spacings of control points and have
+// both; for each such cut.
+std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data, double spacings);
 
 // Distance (px) from a pixel to the nearest cut of the piece; infinite where there is none.
 double distance_to_cut(std::span<const CutLine> cuts, size_t piece, const ViewPixel& from);

@@ -18,14 +18,7 @@ constexpr defrec_camera kCamera{340, 340, 160, 120, 5, 0};
 constexpr double kDepth = 80, kCutU = 163, kFrom = 60, kTo = 180;  // px
 
 TemplateData plane() {
-    std::vector<uint8_t> gray(kWidth * kHeight), mask(kWidth * kHeight, 255);
-    for (uint32_t y = 0; y < kHeight; ++y)
-        for (uint32_t x = 0; x < kWidth; ++x)
-            gray[y * kWidth + x] =
-                static_cast<uint8_t>(128 + 40 * std::sin(0.45 * x + 0.07 * y) * std::cos(0.4 * y));
-    const std::vector<int16_t> disparity(
-        kWidth * kHeight,
-        static_cast<int16_t>(std::lround(16 * kCamera.fx * kCamera.baseline_mm / kDepth)));
+    const test::PlaneImages images(kWidth, kHeight, kCamera, kDepth);
     std::vector<defrec_feature> features;
     for (int32_t x = 20; x < 310; x += 15) {
         defrec_feature feature{};
@@ -33,7 +26,8 @@ TemplateData plane() {
         feature.y = 16 * 120;
         features.push_back(feature);
     }
-    CaptureInput input = test::capture_input(kWidth, kHeight, kCamera, gray, mask, disparity);
+    CaptureInput input =
+        test::capture_input(kWidth, kHeight, kCamera, images.gray, images.mask, images.disparity);
     input.features = features;
     input.max_patches = 300;
     return *capture_template(input);

@@ -194,8 +194,8 @@ void SurfaceRegistration::describe_surface(TrackerJob& job, FrameAttempt& attemp
              static_cast<float>(result.evidence.mean_residual_mm), rig_monitor_.state().left,
              before, attempt.plan().uses_depth, result.is_interlaced(),
              rig_monitor_.state().disparities.baseline_drift_px(), stale_.views(),
-             changes_.slip_doubts(), job.input.disparity, attempt.given_error_px,
-             &surface_.depth_speed(), colours_.any() ? &colours_ : nullptr},
+             changes_.slip_doubts(), changes_.unconfirmed(), job.input.disparity,
+             attempt.given_error_px, &surface_.depth_speed(), colours_.any() ? &colours_ : nullptr},
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);

@@ -133,24 +133,33 @@ float SurfaceShear::error_between(const TemplateData& data, size_t vertex,
 
 CutSides::CutSides(const TemplateData& data) {
     const double sigma = double{Confidence::kLineSigma} * data.node_grid.spacing_u;
-    for (const VertexBesideCut& at : neighbours_across_cuts(data)) {
-        const double is_beyond = std::erfc(at.distance / sigma / std::numbers::sqrt2) / 2;
+    for (const VertexBesideCut& at : neighbours_across_cuts(data, Confidence::kSideReach)) {
+        const double is_beyond = at.distance < data.node_grid.spacing_u
+                                     ? std::erfc(at.distance / sigma / std::numbers::sqrt2) / 2
+                                     : 0;
         beside_.push_back(
-            {at.vertex, at.across, at.behind, static_cast<float>(std::sqrt(is_beyond))});
+            {at.vertex, at.across, at.behind, at.cell, static_cast<float>(std::sqrt(is_beyond))});
     }
 }
 
 // What lies across may have moved otherwise than the vertex because its own side turned or
 // stretched: less what lies behind did.
 void CutSides::expect(const TemplateData& data, std::span<const defrec_surface_sample> samples,
-                      std::span<float> error_mm) const {
+                      std::span<const uint8_t> unconfirmed, std::span<float> error_mm) const {
     std::fill(error_mm.begin(), error_mm.end(), 0.0f);
     const auto moved = [&](size_t i) -> Eigen::Vector3f {
         return place_of(samples[i]) - place_of(data.vertices[i]);
     };
-    for (const Beside& at : beside_)
+    static_assert(Confidence::kSideDoubted <= decisions::Slips::kFrames);
+    for (const Beside& at : beside_) {
+        const bool is_doubted =
+            at.cell < unconfirmed.size() && unconfirmed[at.cell] >= Confidence::kSideDoubted;
+        const float share = is_doubted ? 1 : at.share;
+        if (share == 0) continue;
         error_mm[at.vertex] =
-            at.share * (moved(at.across) - 2 * moved(at.vertex) + moved(at.behind)).norm();
+            std::max(error_mm[at.vertex],
+                     share * (moved(at.across) - 2 * moved(at.vertex) + moved(at.behind)).norm());
+    }
 }
 
 }  // namespace defrec

@@ -45,14 +45,15 @@ class CutSides {
   public:
     explicit CutSides(const TemplateData& data);
 
-    // Per vertex, mm: the expected error from the side of a cut that it may be on, which is known
-    // as far as the cut's place is. 0 away from cuts.
+    // Per vertex, mm: the expected error from the side of a cut that it may be on. That is known as
+    // far as the cut's place is, and not at all where what is seen is not what is expected for so
+    // many frames. 0 away from cuts. unconfirmed: SlipMonitor::unconfirmed().
     void expect(const TemplateData& data, std::span<const defrec_surface_sample> samples,
-                std::span<float> error_mm) const;
+                std::span<const uint8_t> unconfirmed, std::span<float> error_mm) const;
 
   private:
     struct Beside {
-        size_t vertex, across, behind;
+        size_t vertex, across, behind, cell;
         float share;  // root of the probability that the vertex is on the other side
     };
     std::vector<Beside> beside_;

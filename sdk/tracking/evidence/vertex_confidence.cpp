@@ -443,7 +443,8 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     const size_t count = evidence.output.samples.size();
     confidence.seen_error.clear();
     confidence.covered.resize(evidence.colours != nullptr ? count : 0);
-    model.cut_sides.expect(*model.data, evidence.output.samples, confidence.cut_side_mm);
+    model.cut_sides.expect(*model.data, evidence.output.samples, evidence.unconfirmed,
+                           confidence.cut_side_mm);
     std::vector<float>* const distances[2] = {&confidence.to_photometric, &confidence.to_observed};
     const ConfidenceEstimate estimate(model, evidence, confidence);
     enum : size_t { kShears, kSpreadsShear, kLooks, kSpreads, kConcludes };

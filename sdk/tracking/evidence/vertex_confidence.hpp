@@ -91,6 +91,7 @@ struct FrameEvidence {
     std::span<const uint8_t> stale_views = {};
     // Per vertex, mm: SlipMonitor::doubts(). Shorter in the frame in which tissue joins.
     std::span<const float> slip_doubts = {};
+    std::span<const uint8_t> unconfirmed = {};  // SlipMonitor::unconfirmed()
     // Disparity of the application, by which the surface was followed; and how far off the images
     // show it, px.
     KeptDisparity given_disparity = {};

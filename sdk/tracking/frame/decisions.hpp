@@ -485,6 +485,12 @@ struct Confidence {
     static constexpr float kMostFail = 0.5f;
     // spacings of control points | standard deviation of the place of a cut | [beside-lines]
     static constexpr float kLineSigma = 0.33f;
+    // spacings of control points | from a cut: a vertex may be on its other side where checks are
+    //   not found | [doubted-sides]
+    static constexpr double kSideReach = 2;
+    // frames | without photometric evidence where there was to be some, less those with it, from
+    //   which on that is so | with 3 a frame that confirms it by chance is trusted, [doubted-sides]
+    static constexpr uint8_t kSideDoubted = 2;
     // mm | expected error, at most, from the side of a cut that a vertex may be on: with more it is
     //   not observed | set by hand
     static constexpr float kMaxCutSide = 1;

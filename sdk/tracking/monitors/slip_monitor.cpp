@@ -554,6 +554,11 @@ bool any_moves_otherwise(const TemplateData& data, const FrameOutput& output,
 }  // namespace
 
 void SlipMonitor::reset() {
+    end_release();
+    unconfirmed_.clear();
+}
+
+void SlipMonitor::end_release() {
     frames_.clear();
     found_.reset();
     suspected_.reset();
@@ -578,8 +583,14 @@ void SlipMonitor::add_frame(const TemplateData& data, const FrameOutput& output,
     const SurfaceGrid& grid = data.grid;
     const Unconfirmed unconfirmed(data, output, is_confirmed);
     frames_.resize(grid.vertex.size(), 0);
-    const size_t cells =
-        count_frame(frames_, Slips::kFrames, [&](size_t i) { return unconfirmed.at(i); });
+    unconfirmed_.resize(grid.vertex.size(), 0);
+    is_unconfirmed_.resize(grid.vertex.size());
+    for (size_t i = 0; i < is_unconfirmed_.size(); ++i) is_unconfirmed_[i] = unconfirmed.at(i);
+    const auto count = [this](std::vector<uint8_t>& frames) {
+        return count_frame(frames, Slips::kFrames, [this](size_t i) { return is_unconfirmed_[i]; });
+    };
+    count(unconfirmed_);
+    const size_t cells = count(frames_);
     const double spacing = node_spacing(data);
     if (static_cast<double>(cells) < decisions::Cuts::kMinLength * spacing ||
         !any_moves_otherwise(data, output, frames_)) {

@@ -28,8 +28,10 @@ struct Slip {
 // One thread at a time.
 class SlipMonitor {
   public:
-    // Begins with another template, or with the same one after a line was released.
+    // Begins with another template.
     void reset();
+    // Goes on after a line was released: what is found later is another one.
+    void end_release();
 
     // Whether add_frame() is to be given the next frame's image.
     bool wants_image() const { return suspected_.has_value(); }
@@ -51,12 +53,17 @@ class SlipMonitor {
     // Per vertex: mm by which it may be off where sides slide that are not parted yet; empty where
     // none do.
     std::span<const float> doubts() const { return doubts_; }
+    // Per cell of the grid: frames without photometric evidence where there was to be some, less
+    // those with it; at most Slips::kFrames. Empty before the first frame.
+    std::span<const uint8_t> unconfirmed() const { return unconfirmed_; }
 
   private:
     void doubt(const TemplateData& data, std::span<const SlidingPart> parts);
 
     std::optional<Slip> found_;
-    std::vector<uint8_t> frames_;  // per cell of the grid: without evidence, at most Slips::kFrames
+    std::vector<uint8_t> unconfirmed_;
+    std::vector<uint8_t> frames_;          // the same since a line was released
+    std::vector<uint8_t> is_unconfirmed_;  // this frame's, per cell
     std::optional<SlidingPart> suspected_;
     std::vector<float> doubts_;
 };

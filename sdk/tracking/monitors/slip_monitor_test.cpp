@@ -228,11 +228,18 @@ TEST_CASE("a line that was released is not found again, and a new template begin
     SlipMonitor monitor;
     REQUIRE(surface.watch(monitor, 10));
     surface.data().node_grid.cuts.push_back(monitor.found()->line);
-    monitor.reset();
+    const auto most_unconfirmed = [&] {
+        return *std::max_element(monitor.unconfirmed().begin(), monitor.unconfirmed().end());
+    };
+    monitor.end_release();
+    CHECK(most_unconfirmed() == decisions::Slips::kFrames);
     CHECK(!surface.watch(monitor, 10));
+    CHECK(most_unconfirmed() == decisions::Slips::kFrames);
     surface.data().node_grid.cuts.clear();
     monitor.reset();
+    CHECK(monitor.unconfirmed().empty());
     CHECK(!surface.watch(monitor, 1));
+    CHECK(most_unconfirmed() == 1);
     CHECK(surface.watch(monitor, 10));
 }
 

@@ -51,7 +51,7 @@ Tear TissueChanges::found_lines() const {
 void TissueChanges::end_release() {
     if (lifted_.found()) lifted_.end_release();
     cuts_.reset();
-    slips_.reset();
+    slips_.end_release();
 }
 
 }  // namespace defrec

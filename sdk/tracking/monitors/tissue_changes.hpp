@@ -44,6 +44,8 @@ class TissueChanges {
     const LiftedTissue& lifted() const { return lifted_; }
     // SlipMonitor::doubts().
     std::span<const float> slip_doubts() const { return slips_.doubts(); }
+    // SlipMonitor::unconfirmed().
+    std::span<const uint8_t> unconfirmed() const { return slips_.unconfirmed(); }
 
   private:
     CutMonitor cuts_;
