@@ -15,6 +15,9 @@ struct TemplateSearch {
     // of the features of the template's frame | a frame with as many shows far more of the tissue |
     //   as `richer` of a template on trial
     static constexpr std::uint32_t kRicher = 2;
+    // 1 | all features that are looked for, over those of such a frame, at most | faint texture has
+    //   16 to 207 of 768, most of them less than 100, which are noise, [faint-texture]
+    static constexpr std::uint32_t kRichest = 4;
     // frames | before the template's that are followed in reverse; they are in memory at once | set
     //   by hand
     static constexpr std::int64_t kLongestWayBack = 32;

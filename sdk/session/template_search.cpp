@@ -50,7 +50,8 @@ class Scout {
         ++frames_after_;
         if (result.state == DEFREC_LOST) return false;
         is_confirmed_ = true;
-        return result.features >= Decision::kRicher * features_;
+        return result.features >= Decision::kRicher * features_ &&
+               Decision::kRichest * result.features >= desc_.max_features;
     }
 
     bool is_settled() const {

@@ -150,6 +150,7 @@ std::optional<TemplateData> capture_template(const CaptureInput& input) {
     data.height = input.height;
     data.camera = input.camera;
     data.disparity_sigma_px = input.disparity_sigma_px;
+    data.texture_level = input.texture_level;
     const size_t pieces = fit_surface(input, data.grid);
     if (pieces == 0) return std::nullopt;
     place_nodes(data, pieces, input.node_spacing_px);

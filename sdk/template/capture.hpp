@@ -18,6 +18,7 @@ struct CaptureInput {
     double vertex_spacing_px = 8;
     double node_spacing_px = 40;
     uint32_t max_patches = 1024;
+    uint32_t texture_level = 0;  // as TemplateData has it
 };
 
 // The largest connected surface, smoothed, holes filled and its rim continued a little beyond the

@@ -14,9 +14,9 @@ using decisions::CheckPatches;
 
 // Texture of the patch's window, on the image of the check's level; 0 where the window leaves the
 // image.
-double window_texture(const uint8_t* image, int width, int height, double u, double v) {
-    const int step = 1 << check_level(static_cast<uint32_t>(width)),
-              radius = static_cast<int>(CheckPatches::kCheckRadius);
+double window_texture(const TemplateData& data, const uint8_t* image, double u, double v) {
+    const int width = static_cast<int>(data.width), height = static_cast<int>(data.height),
+              step = 1 << check_level(data), radius = static_cast<int>(CheckPatches::kCheckRadius);
     const int x0 = static_cast<int>(u) - radius * step, y0 = static_cast<int>(v) - radius * step;
     const int reach = (2 * radius + 2) * step;
     if (x0 < step || y0 < step || x0 + reach >= width || y0 + reach >= height) return 0;
@@ -31,14 +31,16 @@ double window_texture(const uint8_t* image, int width, int height, double u, dou
 
 }  // namespace
 
-bool has_check_texture(const uint8_t* gray, uint32_t width, uint32_t height, double u, double v) {
-    return window_texture(gray, static_cast<int>(width), static_cast<int>(height), u, v) >=
-           CheckPatches::kMinCheckTexture;
+// Noise has a quarter of its variance on the next level.
+bool has_check_texture(const TemplateData& data, const uint8_t* gray, double u, double v) {
+    const uint32_t higher = check_level(data) - fine_check_level(data.width);
+    return window_texture(data, gray, u, v) >=
+           CheckPatches::kMinCheckTexture / static_cast<double>(1u << (2 * higher));
 }
 
 void place_checks(TemplateData& data) {
     const SurfaceGrid& grid = data.grid;
-    const double window = (2 * CheckPatches::kCheckRadius + 1) << check_level(data.width);
+    const double window = (2 * CheckPatches::kCheckRadius + 1) << check_level(data);
     // Two vertices a side at least, where both lie in the window: at one each, the windows of large
     // images would cover each pixel several times.
     const int least = grid.spacing <= window ? 2 : 1;
@@ -50,7 +52,7 @@ void place_checks(TemplateData& data) {
             const double u = (x0 + 0.5 * (step - 1)) * grid.spacing,
                          v = (y0 + 0.5 * (step - 1)) * grid.spacing;
             defrec_patch patch{};
-            if (!has_check_texture(data.image.data(), data.width, data.height, u, v) ||
+            if (!has_check_texture(data, data.image.data(), u, v) ||
                 !surface_patch(data, u, v, patch))
                 continue;
             const auto index = static_cast<int32_t>(data.checks.size());
@@ -68,7 +70,7 @@ void place_checks(TemplateData& data) {
 
 void forget_checks_at_cuts(TemplateData& data) {
     if (data.node_grid.cuts.empty()) return;
-    const double radius = CheckPatches::kCheckRadius << check_level(data.width);
+    const double radius = CheckPatches::kCheckRadius << check_level(data);
     const size_t first = std::min<size_t>(data.first_counts().checks, data.checks.size());
     std::vector<uint8_t> is_crossed(data.checks.size(), 0);
     for (size_t i = 0; i < first; ++i)

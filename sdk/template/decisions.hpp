@@ -144,6 +144,39 @@ struct Anchors {
     static constexpr double kAnchorReach = 2;
 };
 
+// How fine the texture is that stands out from the noise.
+// Source: the rendered scenes and recordings of [faint-texture]
+struct TextureLevel {
+    // 1 | standard deviation of a normal distribution over the median of its magnitude | 1.4826
+    static constexpr double kMedianToSigma = 1.4826;
+    // 1 | noise of a second difference across and down over that of a pixel | the root of the
+    //   weights' squares
+    static constexpr double kDifference = 6;
+    // px of the level | half the side of a window | that of a patch
+    static constexpr int kWindowRadius = 5;
+    // gray levels | no sensor has as much noise: what is as rough is texture, such as random dots |
+    //   0.3 to 1.5 in recordings and rendered scenes
+    static constexpr double kMostNoise = 5;
+    // ZNCC | that is expected of a window, at least | patches need 0.7, and have more where the
+    //   surface turned and what they show is smooth
+    static constexpr double kMinZncc = 0.6;
+    // share of the windows | that have it: the level is fine enough | 0 to 0.26 in `fat`, 0.35 and
+    //   more in textured scenes on level 0, 0.9 and more on level 1
+    static constexpr double kMinShare = 0.33;
+    // windows | that tell something, at least | set by hand
+    static constexpr size_t kFewestWindows = 24;
+    // gray level | a window whose mean is less is beside the endoscope's picture | set by hand
+    static constexpr double kDark = 20;
+    // gray level | a window with a pixel of that is a highlight | as of images
+    static constexpr double kSaturatedFrom = 250;
+    // level | no patch is searched on a coarser one for its texture | windows of 88 px show less
+    //   of what deforms
+    static constexpr uint32_t kMaxLevel = 2;
+    // level | from here on a template is faint | larger windows of stage stereo raise the p95 of
+    //   `smoke`, which has 1, from 0.69 to 0.74 mm
+    static constexpr uint32_t kFaint = 2;
+};
+
 // The places of patches.
 struct PatchPlaces {
     // px | cells of patches are no smaller; else their area is that of the image / `max_patches` |
@@ -156,9 +189,9 @@ struct PatchPlaces {
     // gray levels^2 | smaller eigenvalue of the structure tensor, per pixel; less is no patch | set
     //   by hand
     static constexpr double kMinTrackability = 0.15;
-    // px | no patch lies so near a masked pixel | set by hand
+    // px of the texture level | no patch lies so near a masked pixel | set by hand
     static constexpr int kMaskReach = 5;
-    // px | nor so near the rim of the first view | set by hand
+    // px of the texture level | nor so near the rim of the first view | set by hand
     static constexpr int kBorder = 8;
     // px | nor so near the rim of a later one | an atlas image has other tissue beyond it
     static constexpr int kPageBorder = 20;
@@ -166,12 +199,12 @@ struct PatchPlaces {
 
 // Check patches.
 struct CheckPatches {
-    // px of width | from here on checks and wide searches use images half as large | set by hand
+    // px of width | from here on checks and wide searches use images half as large, or those of the
+    //   texture level | set by hand
     static constexpr uint32_t kLargeImage = 640;
     // px of the level | half the side of a check patch | set by hand
     static constexpr uint32_t kCheckRadius = 7;
-    // px | a check finds its patch within this; one less in large images, of half size | set by
-    //   hand
+    // px of the level | a check finds its patch within this; one less in large images | set by hand
     static constexpr uint32_t kCheckSearchRadius = 4;
     // gray levels^2 | smaller eigenvalue of the structure tensor, per pixel; less is no check patch
     //   | noise of a sensor alone has less

@@ -15,6 +15,7 @@
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
 #include "sdk/template/template.hpp"
+#include "sdk/template/texture_level.hpp"
 
 namespace defrec {
 namespace {
@@ -415,6 +416,7 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     if (const char* fault = fault_of(data)) reader.broken(fault);
     if (const char* fault = fault_of_parts(data, grown)) reader.broken(fault);
     restore_grid_pieces(data);
+    data.texture_level = texture_level(data.image.data(), data.width, data.height);
     place_checks(data);
     append_checks(data, grown);
     context.log(DEFREC_LOG_INFO, concat("template with ", data.vertices.size(),

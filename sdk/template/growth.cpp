@@ -285,7 +285,7 @@ bool Grower::append_patches(TemplateData& data) {
 // had no whole window in its own view.
 void Grower::append_checks(TemplateData& data, std::vector<defrec_patch>& checks) {
     const double window = (2 * decisions::CheckPatches::kCheckRadius + 1)
-                          << check_level(tissue_.seen.width);
+                          << check_level(tissue_.seen);
     const int step = std::max(1, static_cast<int>(window / tissue_.seen.grid.spacing));
     data.check_of_vertex.resize(data.vertices.size(), -1);
     std::vector<float> distance(tissue_.cells());
@@ -307,9 +307,7 @@ void Grower::append_checks(TemplateData& data, std::vector<defrec_patch>& checks
             const double u = (x0 + 0.5 * (step - 1)) * tissue_.seen.grid.spacing,
                          v = (y0 + 0.5 * (step - 1)) * tissue_.seen.grid.spacing;
             defrec_patch check{};
-            if (within.empty() ||
-                !has_check_texture(now_.images.gray, tissue_.seen.width, tissue_.seen.height, u,
-                                   v) ||
+            if (within.empty() || !has_check_texture(tissue_.seen, now_.images.gray, u, v) ||
                 !carry_patch(u, v, check))
                 continue;
             for (const size_t vertex : within)

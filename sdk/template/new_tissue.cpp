@@ -67,6 +67,7 @@ bool TissueFinder::fit_view() {
     found_.seen.width = now_.images.width;
     found_.seen.height = now_.images.height;
     found_.seen.camera = now_.images.camera;
+    found_.seen.texture_level = now_.images.texture_level;
     std::vector<double> rest_depth, depth;
     for (const defrec_surface_point& vertex : old_.vertices) {
         const Point p = apply(blend<double>(now_.motions.data(), vertex.node, vertex.weight),

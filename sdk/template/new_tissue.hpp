@@ -30,7 +30,7 @@ struct NewTissue {
     };
 
     double scale = 1;   // px for a px of the first view, for the same length on the surface
-    TemplateData seen;  // the surface in the frame: size, camera and grid alone
+    TemplateData seen;  // the surface in the frame: sizes, camera and grid alone
     std::vector<Vec3<double>> vertex_at, node_at;  // the template there, mm
     std::optional<PixelBuckets> vertices;          // of the template, in the image
     std::vector<uint8_t> is_new;                   // per cell

@@ -12,12 +12,46 @@ namespace {
 
 using decisions::PatchPlaces;
 
-double trackability(const CaptureInput& input, int cx, int cy) {
-    const auto gray = [&](int x, int y) {
-        return int{input.gray[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)]};
-    };
-    return texture(gray, cx, cy, PatchPlaces::kWindowRadius);
-}
+// The image at the level on which its texture stands out. Its pixels are sums of those of the
+// image.
+class LevelImage {
+  public:
+    explicit LevelImage(const CaptureInput& input)
+        : level_(input.texture_level),
+          width_(static_cast<int>(input.width >> level_)),
+          height_(static_cast<int>(input.height >> level_)) {
+        const int side = 1 << level_;
+        sums_.reserve(static_cast<size_t>(width_) * static_cast<size_t>(height_));
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x < width_; ++x) {
+                uint32_t sum = 0;
+                for (int dy = 0; dy < side; ++dy)
+                    for (int dx = 0; dx < side; ++dx)
+                        sum += input.gray[static_cast<size_t>(y * side + dy) * input.width +
+                                          static_cast<size_t>(x * side + dx)];
+                sums_.push_back(static_cast<uint16_t>(sum));
+            }
+    }
+
+    // How well the window round a pixel of the image can be found again, in proportion to the noise
+    // as on level 0; 0 where the window leaves the image.
+    double trackability(int u, int v) const {
+        constexpr int kReach = PatchPlaces::kWindowRadius + 1;
+        const int cx = u >> level_, cy = v >> level_;
+        if (cx < kReach || cy < kReach || cx + kReach >= width_ || cy + kReach >= height_) return 0;
+        const auto gray = [&](int x, int y) {
+            return int{sums_[static_cast<size_t>(y) * static_cast<size_t>(width_) +
+                             static_cast<size_t>(x)]};
+        };
+        return texture(gray, cx, cy, PatchPlaces::kWindowRadius) /
+               static_cast<double>(1u << (2 * level_));
+    }
+
+  private:
+    const uint32_t level_;
+    const int width_, height_;
+    std::vector<uint16_t> sums_;
+};
 
 bool masked_near(const CaptureInput& input, int cx, int cy, int radius) {
     for (int y = cy - radius; y <= cy + radius; y += PatchPlaces::kPixelStep)
@@ -38,6 +72,10 @@ double patch_cell(const CaptureInput& input) {
 std::vector<PatchPlace> trackable_places(const CaptureInput& input, double cell, int border,
                                          const std::function<bool(int u, int v)>& is_wanted) {
     std::vector<PatchPlace> places;
+    const LevelImage image(input);
+    const int step = std::max(PatchPlaces::kPixelStep, 1 << input.texture_level),
+              mask_reach = PatchPlaces::kMaskReach << input.texture_level;
+    border = std::max(border, PatchPlaces::kBorder << input.texture_level);
     const int columns = static_cast<int>(input.width / cell),
               rows = static_cast<int>(input.height / cell);
     for (int row = 0; row < rows; ++row)
@@ -50,11 +88,10 @@ std::vector<PatchPlace> trackable_places(const CaptureInput& input, double cell,
                                     static_cast<int>((row + 1) * cell));
             double best = PatchPlaces::kMinTrackability;
             PatchPlace at{-1, -1};
-            for (int y = y0; y < y1; y += PatchPlaces::kPixelStep)
-                for (int x = x0; x < x1; x += PatchPlaces::kPixelStep) {
-                    const double score = trackability(input, x, y);
-                    if (score <= best || masked_near(input, x, y, PatchPlaces::kMaskReach) ||
-                        !is_wanted(x, y))
+            for (int y = y0; y < y1; y += step)
+                for (int x = x0; x < x1; x += step) {
+                    const double score = image.trackability(x, y);
+                    if (score <= best || masked_near(input, x, y, mask_reach) || !is_wanted(x, y))
                         continue;
                     best = score;
                     at = {x, y};

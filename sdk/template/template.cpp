@@ -11,6 +11,7 @@
 #include "sdk/template/grid_lookup.hpp"
 #include "sdk/template/nearest_surface.hpp"
 #include "sdk/template/surface_index.hpp"
+#include "sdk/template/texture_level.hpp"
 
 namespace defrec {
 
@@ -56,6 +57,8 @@ TemplateCounts TemplateData::counts() const {
     return {vertices.size(),  triangles.size() / 3, nodes.size() / 3, edges.size(),
             landmarks.size(), patches.size(),       checks.size()};
 }
+
+bool TemplateData::is_faint() const { return defrec::is_faint(texture_level); }
 
 size_t TemplateData::pieces() const {
     return node_piece.empty() ? 1

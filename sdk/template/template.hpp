@@ -101,7 +101,9 @@ struct TemplateData {
     std::vector<uint8_t> image;
     std::vector<SurfacePatch> parts;
     AtlasEnd atlas_end;
-    // Made of the above, not in the file: check_patches.hpp.
+    // Made of the above, not in the file: texture_level() of the first view's image.
+    uint32_t texture_level = 0;
+    // Likewise: check_patches.hpp.
     std::vector<defrec_patch> checks;
     std::vector<int32_t> check_of_vertex;  // index of the check whose window it lies in, -1: none
 
@@ -115,6 +117,7 @@ struct TemplateData {
     }
     // Counts of the first view.
     TemplateCounts first_counts() const { return parts.empty() ? counts() : parts.front().before; }
+    bool is_faint() const;  // is_faint(texture_level)
     size_t views() const { return image.size() / (size_t{width} * height); }
 };
 

@@ -9,6 +9,7 @@
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/monitors/frame_state.hpp"
 
 namespace defrec {
 namespace {
@@ -36,6 +37,7 @@ SurfaceRegistration::SurfaceRegistration(const std::shared_ptr<const Rig>& rig,
                                          const TrackerSettings& settings, FrameQueue& frames)
     : rig_(rig),
       frames_(frames),
+      max_features_(settings.max_features),
       growth_(settings),
       pipeline_(rig, device, settings),
       surface_(settings.body == DEFREC_BODY_ON),
@@ -249,7 +251,9 @@ bool SurfaceRegistration::capture(Frame& frame, TrackedSurface::Source source) {
         return false;
     }
     adopt(std::make_shared<const Template>(std::move(*data), frame.job.services()), source);
-    if (!asks_for_template(frame.job)) trial_.begin(frame.job.memory.output.summary->features);
+    if (!asks_for_template(frame.job))
+        trial_.begin(frame.job.memory.output.summary->features,
+                     least_features(surface_.data(), max_features_));
     if (to_adopt_ != nullptr) frames_.end_template(*std::exchange(to_adopt_, nullptr));
     return true;
 }

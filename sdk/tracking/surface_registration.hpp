@@ -144,6 +144,7 @@ class SurfaceRegistration {
 
     const std::shared_ptr<const Rig> rig_;
     FrameQueue& frames_;
+    const uint32_t max_features_;
     MapGrowth growth_;
     Pipeline pipeline_;
     TrackedSurface surface_;

@@ -75,8 +75,8 @@ bool is_refuted(const TemplateData& data, const defrec_patch_prediction& expecte
 }
 
 // Squared distance at which the peak of a check may lie that was not located.
-float kept_px2(uint32_t width) {
-    const auto reach = static_cast<float>(check_search_radius(width) << check_level(width));
+float kept_px2(const TemplateData& data) {
+    const auto reach = static_cast<float>(check_search_radius(data.width) << check_level(data));
     return Confidence::kKeptShare * reach * reach;
 }
 
@@ -175,7 +175,7 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
     evidence.is_confirmed[vertex] = 1;
     evidence.refuted[vertex] = 0;
     evidence.check_px2[vertex] =
-        has_peak(found) ? distance2(found, output.check_predictions[check]) : kept_px2(data.width);
+        has_peak(found) ? distance2(found, output.check_predictions[check]) : kept_px2(data);
     evidence.check_score[vertex] = static_cast<float>(found.score) / 4096;
 }
 
@@ -240,7 +240,7 @@ void spread_checks(const TemplateData& data, const CheckedVertices& vertices,
                    const FrameOutput& output, PhotometricEvidence& evidence) {
     std::fill(evidence.checks.begin(), evidence.checks.end(), Eigen::Array4f(0, 0, 0, 0));
     evidence.vertices_refuted = 0;
-    const uint32_t level = check_level(data.width);
+    const uint32_t level = check_level(data);
     for (size_t i = 0; i < data.checks.size(); ++i) {
         const defrec_patch_observation& found = output.checks[i];
         uint8_t &located = evidence.is_check_located[i], &fit = evidence.does_check_fit[i];

@@ -115,7 +115,7 @@ struct CoarseSearch {
 // The solver's passes: coarse, middle, fine. A search of patches comes before the last two.
 struct Passes {
     // level of the pyramid | the image in which patches are searched; one higher in a wide search
-    //   of large images | set by hand
+    //   of large images; the texture level where that is higher | set by hand
     static constexpr BySearch<uint32_t> kSearchLevel = {1, 0};
     // px of the level | how far patches are searched round their prediction | 6 in the middle pass
     //   raised the p95 of `rendered_c` from 0.47 to 0.56 mm, [solver-needs]
@@ -168,8 +168,11 @@ struct StageParameters {
     static constexpr float kMatchThreshold = 2;
     // rounds | reweighting in ransac | [cost-of-speed]
     static constexpr uint32_t kRansacIterations = 5;
-    // level of the pyramid | the image in which patches are searched in the right view: the rows of
-    //   a few hundred count together | set by hand
+    // px | both radii of stage stereo's windows where texture is faint | the largest there are;
+    //   [faint-texture]
+    static constexpr uint32_t kLargeStereoRadius = 6;
+    // level of the pyramid | the image in which patches are searched in the right view, or the
+    //   texture level: the rows of a few hundred count together | set by hand
     static constexpr uint32_t kRightSearchLevel = 1;
     // px of the level | how far | set by hand
     static constexpr uint32_t kRightSearchRadius = 8;
@@ -326,6 +329,10 @@ struct FrameFound {
     // of the landmarks | an image with as many features and `few_matches` shows other tissue, whose
     //   patches agree by chance | set by hand
     static constexpr Ratio kOtherTissueFeatures = {1, 2};
+    // of all features that are looked for | where the template's texture is faint a frame with
+    // fewer
+    //   may show noise | 16 to 207 of 768, [faint-texture]
+    static constexpr Ratio kMoreThanNoise = {1, 2};
     // matches | fewer agree: other tissue, or `DEFREC_REASON_FEW_MATCHES` | set by hand
     static constexpr uint32_t kFewMatches = 10;
     // share of the patches expected | fewer confirmed: other tissue | where texture and depth are

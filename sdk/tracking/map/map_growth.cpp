@@ -113,8 +113,9 @@ double MapGrowth::uncovered_share(const TemplateData& data, const FrameOutput& o
 
 // The work on the two last keyframes: present_ is the earlier of them until the work is done.
 void MapGrowth::start(const Pipeline& pipeline, std::shared_ptr<const Template> surface) {
-    const FoundFrame earlier{pipeline.capture_input(present_.images), present_.motions},
-        now{pipeline.capture_input(earlier_.images), earlier_.motions};
+    const uint32_t level = surface->data().texture_level;
+    const FoundFrame earlier{pipeline.capture_input(present_.images, level), present_.motions},
+        now{pipeline.capture_input(earlier_.images, level), earlier_.motions};
     const auto task = std::make_shared<std::packaged_task<Growth()>>(
         [surface = std::move(surface), earlier, now, max_vertices = max_vertices_] {
             return grow_template(surface->data(), earlier, now, max_vertices);

@@ -182,6 +182,11 @@ Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidenc
     return evidence;
 }
 
+uint32_t least_features(const TemplateData& data, uint32_t max_features) {
+    constexpr auto kShare = decisions::FrameFound::kMoreThanNoise;
+    return data.is_faint() ? kShare.numerator * max_features / kShare.denominator : 0;
+}
+
 FrameQuality classify(const TemplateData& data, const Evidence& evidence,
                       const TrackerSettings& settings, bool was_found, bool uses_depth) {
     FrameQuality quality;
@@ -197,7 +202,8 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence,
     const bool has_few_matches = evidence.inliers < FrameFound::kFewMatches;
     const bool is_rich = FrameFound::kOtherTissueFeatures.denominator * evidence.features >=
                              FrameFound::kOtherTissueFeatures.numerator * data.landmarks.size() &&
-                         !data.landmarks.empty();
+                         !data.landmarks.empty() &&
+                         evidence.features >= least_features(data, settings.max_features);
     const bool is_other_tissue =
         is_rich && has_few_matches && confirmed < FrameFound::kOtherTissueShare;
     const bool patches_agree = evidence.patches_confirmed >= min_patches && confirmed >= min_share;

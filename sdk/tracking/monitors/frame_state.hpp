@@ -94,6 +94,9 @@ struct FrameQuality {
         degraded |= (more_reasons & kDegradingReasons) != 0;
     }
 };
+// From how many features on, of all that are looked for, a frame shows more than the noise of the
+// template's faint texture; 0 where that is not faint.
+uint32_t least_features(const TemplateData& data, uint32_t max_features);
 // was_found: the surface was followed into the frame before. uses_depth: else it was followed by
 // the left image alone.
 FrameQuality classify(const TemplateData& data, const Evidence& evidence,

@@ -10,6 +10,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/os/services.hpp"
+#include "sdk/template/decisions.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
 
 namespace {
@@ -172,6 +173,11 @@ TEST_CASE("an image rich in features that shows the surface nowhere is neither s
     CHECK_FALSE(f.quality().found);
     CHECK((f.quality().reasons & DEFREC_REASON_LOW_CONTRAST) == 0);
     CHECK((f.quality().reasons & DEFREC_REASON_FEW_MATCHES) != 0);
+    // Beside faint texture as many may be noise.
+    f.data.texture_level = decisions::TextureLevel::kFaint;
+    CHECK((f.quality().reasons & DEFREC_REASON_LOW_CONTRAST) != 0);
+    f.summary.features = with_defaults({}).max_features / 2;
+    CHECK((f.quality().reasons & DEFREC_REASON_LOW_CONTRAST) == 0);
 }
 
 TEST_CASE("row 59: tissue under something without depth is occluded where the rest is seen well") {

@@ -1,19 +1,22 @@
 // See template_trial.hpp.
 #include "sdk/tracking/monitors/template_trial.hpp"
 
+#include <algorithm>
+
 namespace defrec {
 
-void TemplateTrial::begin(uint32_t features) {
+void TemplateTrial::begin(uint32_t features, uint32_t least) {
     *this = {};
     is_on_ = true;
     features_ = features;
+    least_ = std::max(least, decisions::TemplateTrial::kMinFeatures);
 }
 
 bool TemplateTrial::add_frame(bool is_found, uint32_t features) {
     using decisions::TemplateTrial;
     if (!is_on_) return false;
     const auto shows = [&](double share) {
-        return features >= TemplateTrial::kMinFeatures && features >= share * features_;
+        return features >= least_ && features >= share * features_;
     };
     const bool shows_more = shows(TemplateTrial::kRicher);
     if (is_found) {

@@ -9,8 +9,9 @@ namespace defrec {
 
 class TemplateTrial {
   public:
-    // A template was captured of a frame with so many features.
-    void begin(uint32_t features);
+    // A template was captured of a frame with so many features. least: of a frame by which it is
+    // judged, besides what `min_features` asks.
+    void begin(uint32_t features, uint32_t least = 0);
     // Another template is followed, which the application chose.
     void end() { is_on_ = false; }
 
@@ -22,8 +23,9 @@ class TemplateTrial {
     bool is_on_ = false;
     bool was_found_ = false;  // in any frame after its own
     uint32_t features_ = 0;   // of its own frame
-    uint32_t lost_ = 0;       // good frames since the surface was found last
-    uint32_t found_ = 0;      // frames that show more than the template
+    uint32_t least_ = 0;
+    uint32_t lost_ = 0;   // good frames since the surface was found last
+    uint32_t found_ = 0;  // frames that show more than the template
 };
 
 }  // namespace defrec

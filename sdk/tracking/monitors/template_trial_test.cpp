@@ -32,6 +32,13 @@ TEST_CASE("row 150: a template that was never found is given up after three good
     CHECK(given_up_after(trial, false, 650) == 3);
 }
 
+TEST_CASE("frames that may show noise alone do not judge a template") {
+    TemplateTrial trial;
+    trial.begin(16, 384);
+    CHECK(given_up_after(trial, false, 380) == 0);
+    CHECK(given_up_after(trial, false, 390) == 3);
+}
+
 TEST_CASE("a template that was found is kept while its tissue is out of sight") {
     TemplateTrial trial;
     trial.begin(700);

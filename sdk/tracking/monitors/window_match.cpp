@@ -51,7 +51,7 @@ double correlation(const Window& a, const Window& b) {
 std::optional<double> WindowMatch::zncc(const SurfacePlace& place,
                                         const DualQuaternion<double>& motion, Shift& shift) const {
     const defrec_camera& camera = data_.camera;
-    const double step = 1 << check_level(data_.width);
+    const double step = 1 << check_level(data_);
     const auto project = [&](const Eigen::Vector3d& point) -> Pixel {
         const Vec3<double> p = apply(motion, {point.x(), point.y(), point.z()});
         return {camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy};

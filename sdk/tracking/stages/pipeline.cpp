@@ -6,6 +6,7 @@
 
 #include "sdk/base/util/median.hpp"
 #include "sdk/template/decisions.hpp"
+#include "sdk/template/texture_level.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/stages/check_output.hpp"
 #include "sdk/tracking/stages/coarse_search.hpp"
@@ -124,20 +125,24 @@ DeviceStage& Pipeline::stereo() {
         params.disparities = range_.disparities;
         params.smooth_passes = StageParameters::kSmoothPasses;
         params.edge = StageParameters::kDepthEdge;
+        if (large_windows_)
+            params.radius = params.refine_radius = StageParameters::kLargeStereoRadius;
         stereo_ = make_stage<DEFREC_STAGE_STEREO>(device_, params);
     }
     return *stereo_;
 }
 
-// The stage for one range goes before that for the other is made: both are large.
-void Pipeline::search(const SearchRange& range) {
-    if (range == range_) return;
+// The stage for one search goes before that for the other is made: both are large.
+void Pipeline::search(const SearchRange& range, bool by_large_windows) {
+    if (range == range_ && by_large_windows == large_windows_) return;
     const SearchRange before = std::exchange(range_, range);
+    const bool were_large = std::exchange(large_windows_, by_large_windows);
     stereo_.reset();
     try {
         stereo();
     } catch (...) {
         range_ = before;
+        large_windows_ = were_large;
         throw;
     }
     log_range();
@@ -145,7 +150,9 @@ void Pipeline::search(const SearchRange& range) {
 
 void Pipeline::log_range() const {
     device_->services().log(DEFREC_LOG_INFO, "sdk",
-                            concat("stereo searches ", describe(range_, rig_->camera())).c_str());
+                            concat("stereo searches ", describe(range_, rig_->camera()),
+                                   large_windows_ ? ", with large windows: texture is faint" : "")
+                                .c_str());
 }
 
 SearchRange Pipeline::find_range(const ObservedFrame& frame) {
@@ -165,15 +172,23 @@ SearchRange Pipeline::find_range(const ObservedFrame& frame) {
     return seen ? placed_search_range(plausible_range_, *seen) : widest_range_;
 }
 
-void Pipeline::search_for_template(ObservedFrame& frame) {
-    if (settings_.disparities != 0 || frame.task_.input.disparity.given()) return;
-    const SearchRange range = find_range(frame);
-    Observation& o = *frame.observation_;
+// The disparities that a template is captured from. again: where those of before were.
+void Pipeline::search_for_template(ObservedFrame& frame, uint32_t texture_level, bool again) {
+    if (frame.task_.input.disparity.given()) return;
+    const bool finds_range = !again && settings_.disparities == 0;
+    const SearchRange range = finds_range ? find_range(frame) : range_;
+    const bool by_large_windows = is_faint(texture_level),
+               is_same = range == range_ && by_large_windows == large_windows_;
     // Frames that were observed beside a template were searched where that was.
-    if (range == range_ && template_ == nullptr) return;
+    if (is_same && (template_ == nullptr || !finds_range)) return;
     queue_.finish();
-    search(range);
-    widest_range_ = range;
+    search(range, by_large_windows);
+    if (finds_range) widest_range_ = range;
+    measure_again(frame);
+}
+
+void Pipeline::measure_again(ObservedFrame& frame) {
+    Observation& o = *frame.observation_;
     enqueue_stereo(o);
     const FrameOutput& output = frame.task_.output;
     if (settings_.keep_disparity)
@@ -350,7 +365,7 @@ void Pipeline::check(const FrameOutput& output, const TemplateData& data) const 
     check_output(output, data, settings_.max_features);
 }
 
-CaptureInput Pipeline::capture_input(const FrontImages& images) const {
+CaptureInput Pipeline::capture_input(const FrontImages& images, uint32_t texture_level) const {
     CaptureInput input;
     input.width = rig_->width();
     input.height = rig_->height();
@@ -363,6 +378,7 @@ CaptureInput Pipeline::capture_input(const FrontImages& images) const {
     input.vertex_spacing_px = settings_.vertex_spacing_px;
     input.node_spacing_px = settings_.node_spacing_px;
     input.max_patches = settings_.max_patches;
+    input.texture_level = texture_level;
     return input;
 }
 
@@ -373,15 +389,19 @@ bool Pipeline::any_wrong_record(const FrameOutput& output, const TemplateData& d
 
 std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame, bool again) {
     const SearchRange range = range_, widest = widest_range_;
-    if (!again) search_for_template(frame);
+    const bool were_large = large_windows_;
+    read_gray(frame, host_.gray);
+    queue_.finish();
+    const uint32_t level = texture_level(host_.gray.data(), rig_->width(), rig_->height());
+    search_for_template(frame, level, again);
     read_front(frame, host_);
     queue_.finish();
     check(host_);
-    std::optional<TemplateData> data = capture_template(capture_input(host_));
+    std::optional<TemplateData> data = capture_template(capture_input(host_, level));
     if (data) {
         host_ = {};  // rarely needed again
     } else if (template_ != nullptr) {
-        search(range);
+        search(range, were_large);
         widest_range_ = widest;
     }
     return data;
@@ -457,13 +477,14 @@ std::optional<double> Pipeline::compare_given_disparity(ObservedFrame& frame) {
 
 void Pipeline::set_template(const TemplateData& data) {
     auto stages = std::make_unique<TemplateStages>(queue_, *rig_, settings_, data);
-    if (settings_.disparities == 0) search(narrowed_search_range(data, widest_range_));
+    search(settings_.disparities == 0 ? narrowed_search_range(data, widest_range_) : range_,
+           data.is_faint());
     template_ = std::move(stages);
 }
 
 void Pipeline::forget_template() {
     template_.reset();
-    if (settings_.disparities == 0) search(widest_range_);
+    search(settings_.disparities == 0 ? widest_range_ : range_, false);
 }
 
 void Pipeline::expect_template() const {

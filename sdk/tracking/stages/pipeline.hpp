@@ -59,7 +59,7 @@ class Pipeline {
     bool any_wrong_record(const FrameOutput& output, const TemplateData& data,
                           ArrayPart part) const;
     // That as the input of a capture, which shows the images.
-    CaptureInput capture_input(const FrontImages& images) const;
+    CaptureInput capture_input(const FrontImages& images, uint32_t texture_level) const;
     // A template from the frame's images; empty when too little of them has disparity. again: once
     // more from those that the template was captured from. Else disparities are searched wherever
     // the rig can have them, not where the tissue of a template that there is was.
@@ -119,12 +119,14 @@ class Pipeline {
     Observation make_observation() const;
     // For the range that is searched now; made where it is missing.
     DeviceStage& stereo();
-    void search(const SearchRange& range);
+    void search(const SearchRange& range, bool by_large_windows);
+    // Stage stereo, once more.
+    void measure_again(ObservedFrame& frame);
     void log_range() const;
     // The range in which the pair's disparities are searched for a template.
     SearchRange find_range(const ObservedFrame& frame);
     // Computes the frame's disparity again where it has to be searched elsewhere.
-    void search_for_template(ObservedFrame& frame);
+    void search_for_template(ObservedFrame& frame, uint32_t texture_level, bool again);
     void enqueue_stereo(Observation& o, int first = 0, int second = 1);
     std::unique_ptr<DeviceStage> make_rectify(uint32_t format, uint32_t source_stride) const;
     DeviceStage& rectify_of(const FrameImage& view);
@@ -149,8 +151,9 @@ class Pipeline {
     std::shared_ptr<Device> device_;
     const TrackerSettings settings_;
     const SearchRange plausible_range_;
-    SearchRange widest_range_;  // without a template
-    SearchRange range_;         // that is searched now
+    SearchRange widest_range_;    // without a template
+    SearchRange range_;           // that is searched now
+    bool large_windows_ = false;  // for faint texture, by which it is searched
 
     // Only capturing a template needs them. The queue, which goes before them, may be reading into
     // them.

@@ -1,6 +1,8 @@
 // See surface_check.hpp.
 #include "sdk/tracking/stages/surface_check.hpp"
 
+#include <algorithm>
+
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -23,7 +25,7 @@ std::vector<defrec_patch> rig_patches(const TemplateData& data) {
 // Compares rather than searches: what is found lies within a pixel or two of the surface.
 defrec_align_params check_params(const defrec_camera& camera, const TemplateData& data) {
     defrec_align_params align = align_params(camera, data, count_of(data.checks));
-    align.level = check_level(data.width);
+    align.level = check_level(data);
     align.patch_radius = decisions::CheckPatches::kCheckRadius;
     align.search_radius = check_search_radius(data.width);
     align.min_score = 1;
@@ -35,7 +37,7 @@ defrec_align_params check_params(const defrec_camera& camera, const TemplateData
 defrec_align_params right_params(const defrec_camera& camera, const TemplateData& data) {
     defrec_align_params align =
         align_params(camera, data, static_cast<uint32_t>(rig_patch_count(data)));
-    align.level = StageParameters::kRightSearchLevel;
+    align.level = std::max(StageParameters::kRightSearchLevel, data.texture_level);
     align.search_radius = StageParameters::kRightSearchRadius;
     align.right_view = 1;
     return align;

@@ -1,6 +1,8 @@
 // See surface_solver.hpp.
 #include "sdk/tracking/stages/surface_solver.hpp"
 
+#include <algorithm>
+
 #include "backends/shared/motion.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/tracking/frame/decisions.hpp"
@@ -89,9 +91,11 @@ SurfaceSolver::SurfaceSolver(Queue& queue, const defrec_camera& camera,
         made.motions = DeviceBuffer(queue.device(), start_.size());
         if (pass.search) {
             const PatchSearch& search = *pass.search;
-            made.align = make_align(queue, align, search.level, search.radius);
-            made.align_widely = make_align(queue, align, search.level + check_level(data.width),
-                                           search.wide_radius);
+            const uint32_t level = std::max(search.level, data.texture_level);
+            made.align = make_align(queue, align, level, search.radius);
+            made.align_widely = make_align(
+                queue, align, std::max(search.level + fine_check_level(data.width), level),
+                search.wide_radius);
             for (const auto& stage : {&made.align, &made.align_widely})
                 (*stage)->prepare(queue, {&map_.patches, &views, &slopes_});
         }
