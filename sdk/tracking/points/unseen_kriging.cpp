@@ -150,6 +150,7 @@ Eigen::MatrixXd UnseenKriging::reduce(const DisplacementModel& of, size_t axis) 
     const Eigen::Index modes = of.modes(), above = static_cast<Eigen::Index>(axis) * modes,
                        below = reducer_.rows() - above;
     Eigen::MatrixXd reduced(reducer_.rows(), of.places());
+    if (of.places() == 0) return reduced;  // has no memory that a block could begin in
     reduced.topRows(above).setZero();
     reduced.bottomRows(below).noalias() =
         reducer_.block(above, above, below, modes) * of.shapes.transpose();

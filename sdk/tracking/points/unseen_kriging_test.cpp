@@ -104,3 +104,10 @@ TEST_CASE("no weight is changed, after some were") {
     CHECK(a.coefficients == b.coefficients);
     CHECK(a.motion == b.motion);
 }
+
+TEST_CASE("no place has no variance") {
+    const Changed changed;
+    const DisplacementModel none(Eigen::MatrixXd(0, kModes), Eigen::Matrix3Xd(3, 0));
+    CHECK(changed.as_changed.variances(none).size() == 0);
+    CHECK(changed.as_changed.lessened(none).size() == 0);
+}
