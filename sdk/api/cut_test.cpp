@@ -25,10 +25,7 @@ bool is_released(const uint32_t* triangle) {
 
 TEST_CASE("a cut is noticed, and both of its sides are followed") {
     cli::Film film("cut", kFilmWidth, kFilmHeight, kFrames, 1, 2);
-    TrackingSession session("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
-        describe_rig(film.scene().rig, kFilmWidth, kFilmHeight, rig);
-        tracker.format = DEFREC_FORMAT_BGR8;
-    });
+    TrackingSession session = session_of(film, kFilmWidth, kFilmHeight);
     LiftedPoints lifted;
     uint32_t cuts = 0;
     uint64_t vertices = 0, triangles = 0;

@@ -13,10 +13,7 @@ using namespace defrec::test;
 TEST_CASE("faint texture is followed from its first frame on, within its expected errors") {
     constexpr int kWidth = 960, kHeight = 540, kFrames = 8;
     cli::Film film("fat", kWidth, kHeight, kFrames, 31, 2, {});
-    TrackingSession session("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
-        describe_rig(film.scene().rig, kWidth, kHeight, rig);
-        tracker.format = DEFREC_FORMAT_BGR8;
-    });
+    TrackingSession session = session_of(film, kWidth, kHeight);
     LiftedPoints lifted;
     size_t points = 0, observed = 0, within_two = 0, within_three = 0;
     for (int i = 0; i < kFrames; ++i) {

@@ -21,13 +21,6 @@ constexpr double kLifted = 5;  // mm, from where a point was
 // In these frames an instrument pulls the tissue out until its sides are as steep as a flap's.
 constexpr int kPulledFrames = 40, kPulled = 26;
 
-TrackingSession session_of(const cli::Film& film) {
-    return TrackingSession("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
-        describe_rig(film.scene().rig, kFilmWidth, kFilmHeight, rig);
-        tracker.format = DEFREC_FORMAT_BGR8;
-    });
-}
-
 defrec_result result_of(defrec_job job) {
     defrec_result result;
     DEFREC_INIT(&result);
@@ -91,7 +84,7 @@ cli::Film film_of_flap() {
 
 TEST_CASE("a flap is parted from what it came off, followed, and found again as it comes back") {
     cli::Film film = film_of_flap();
-    TrackingSession session = session_of(film);
+    TrackingSession session = session_of(film, kFilmWidth, kFilmHeight);
     std::optional<FilmPoints> points;
     uint32_t cuts = 0;
     size_t up = 0, followed = 0;  // in the frames in question
@@ -120,7 +113,7 @@ TEST_CASE("a flap is parted from what it came off, followed, and found again as 
 TEST_CASE("a flap that moved on while no frame was seen is not thrown on by all of that way") {
     constexpr int kDark = kParted + 1, kSeen = kDark + 2;
     cli::Film film = film_of_flap();
-    TrackingSession session = session_of(film);
+    TrackingSession session = session_of(film, kFilmWidth, kFilmHeight);
     const std::vector<uint8_t> dark(size_t{3} * kFilmWidth * kFilmHeight, 0);
     std::optional<FilmPoints> points;
     for (int i = 0; i <= kSeen + 1; ++i) {
@@ -142,7 +135,7 @@ TEST_CASE("a flap that moved on while no frame was seen is not thrown on by all 
 
 TEST_CASE("tissue that an instrument pulls out is not parted") {
     cli::Film film("grasp", kFilmWidth, kFilmHeight, kPulledFrames, 7, 2);
-    TrackingSession session = session_of(film);
+    TrackingSession session = session_of(film, kFilmWidth, kFilmHeight);
     for (int i = 0; i < kPulled; ++i) {
         CAPTURE(i);
         defrec_job job = track_next(session, film);

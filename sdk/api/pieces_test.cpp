@@ -58,10 +58,7 @@ std::vector<uint8_t> pieces_of(defrec_template surface, const std::vector<double
 
 TEST_CASE("a piece that is hidden is lost alone, says so, and is found again where it went") {
     cli::Film film("lobes", kFilmWidth, kFilmHeight, kFrames, 1, 2, {{"covered", 12}});
-    TrackingSession session("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
-        describe_rig(film.scene().rig, kFilmWidth, kFilmHeight, rig);
-        tracker.format = DEFREC_FORMAT_BGR8;
-    });
+    TrackingSession session = session_of(film, kFilmWidth, kFilmHeight);
     LiftedPoints points;
     std::vector<uint8_t> piece_of_point;
     size_t hidden = 0;

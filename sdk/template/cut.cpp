@@ -98,9 +98,8 @@ void release_connections(TemplateData& data) {
 class AcrossCut {
   public:
     AcrossCut(const TemplateData& data, size_t cut, double spacings)
-        : data_(data), cuts_(data.node_grid.cuts), cut_(cuts_.subspan(cut, 1)) {
-        for (size_t i = 0; i < cuts_.size(); ++i)
-            if (i != cut) others_.push_back(cuts_[i]);
+        : data_(data), cut_(&data.node_grid.cuts[cut], 1), others_(data.node_grid.cuts) {
+        others_.erase(others_.begin() + static_cast<std::ptrdiff_t>(cut));
         reach_ = spacings * data.node_grid.spacing_u;
         // Across a cut that is as far away lies a vertex a spacing farther.
         cells_ = static_cast<int>((reach_ + data.node_grid.spacing_u) / data.grid.spacing);
@@ -139,7 +138,7 @@ class AcrossCut {
     ViewPixel pixel(int x, int y) const { return {x * data_.grid.spacing, y * data_.grid.spacing}; }
 
     const TemplateData& data_;
-    const std::span<const CutLine> cuts_, cut_;
+    const std::span<const CutLine> cut_;
     std::vector<CutLine> others_;
     double reach_;  // px
     int cells_;

@@ -25,8 +25,8 @@ struct VertexBesideCut {
     size_t cell;      // of the grid
     double distance;  // px, to the cut
 };
-// Those of the first view that are closer to a cut than so many spacings of control points and have
-// both; for each such cut.
+// The vertices of the first view that are closer to a cut than so many spacings of control points
+// and have both; for each such cut.
 std::vector<VertexBesideCut> neighbours_across_cuts(const TemplateData& data, double spacings);
 
 // Distance (px) from a pixel to the nearest cut of the piece; infinite where there is none.

@@ -25,6 +25,14 @@ inline void describe_rig(const cli::StereoRig& filmed, uint32_t width, uint32_t 
     std::copy_n(filmed.translation.data(), 3, rig.translation);
 }
 
+// Follows a film of that rig on the CPU, in two threads.
+inline TrackingSession session_of(const cli::Film& film, uint32_t width, uint32_t height) {
+    return TrackingSession("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
+        describe_rig(film.scene().rig, width, height, rig);
+        tracker.format = DEFREC_FORMAT_BGR8;
+    });
+}
+
 // The job, done, of two images. The session takes DEFREC_FORMAT_BGR8.
 inline defrec_job track_images(TrackingSession& session, const std::vector<uint8_t>& left,
                                const std::vector<uint8_t>& right) {

@@ -83,7 +83,7 @@ class TrackerJob final : public Job {
     FrameMemory memory;  // of what the stages give
     FrameResult result;  // of a frame that is done
 
-    // What is left takes little longer than to wake up, which who waits may do in the meantime.
+    // The rest takes little longer than to wake up, which who waits may do in the meantime.
     void announce_end();
     // Ends the job. text says why it failed; empty for success.
     void finish(defrec_status result_status, const char* text) noexcept;

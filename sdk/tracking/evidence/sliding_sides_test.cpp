@@ -37,17 +37,24 @@ double u_of(const TemplateData& data, size_t vertex) {
     return kCamera.fx * double{at[0]} / double{at[2]} + kCamera.cx;
 }
 
-// Per vertex, what is right of a pixel having slid.
-std::vector<float> expected(const TemplateData& data, double slides_from_u, uint8_t unconfirmed) {
+// Per vertex; slides(u): whether the tissue there has slid.
+template <class Slides>
+std::vector<float> expected_of(const TemplateData& data, const Slides& slides,
+                               uint8_t unconfirmed) {
     std::vector<defrec_surface_sample> samples(data.vertices.size());
     for (size_t i = 0; i < samples.size(); ++i) {
         std::copy_n(data.vertices[i].position, 3, samples[i].position);
-        if (u_of(data, i) > slides_from_u) samples[i].position[1] += kSlide;
+        if (slides(u_of(data, i))) samples[i].position[1] += kSlide;
     }
     const std::vector<uint8_t> frames(data.grid.vertex.size(), unconfirmed);
     std::vector<float> error(samples.size(), -1.0f);
     CutSides(data).expect(data, samples, frames, error);
     return error;
+}
+// All to the right of a pixel has.
+std::vector<float> expected(const TemplateData& data, double from_u, uint8_t unconfirmed) {
+    return expected_of(
+        data, [=](double u) { return u > from_u; }, unconfirmed);
 }
 
 constexpr uint8_t kDoubted = decisions::Confidence::kSideDoubted;
@@ -82,14 +89,8 @@ TEST_CASE("tissue beside a cut that shows something else may be on the other sid
 TEST_CASE("what lies behind another cut tells nothing of a side") {
     // Both lines slide, alike: what is between them stays.
     const TemplateData data = parted_plane({kCutU, kSecondU});
-    std::vector<defrec_surface_sample> samples(data.vertices.size());
-    for (size_t i = 0; i < samples.size(); ++i) {
-        std::copy_n(data.vertices[i].position, 3, samples[i].position);
-        if (u_of(data, i) < kCutU || u_of(data, i) > kSecondU) samples[i].position[1] += kSlide;
-    }
-    const std::vector<uint8_t> frames(data.grid.vertex.size(), kDoubted);
-    std::vector<float> error(samples.size());
-    CutSides(data).expect(data, samples, frames, error);
+    const std::vector<float> error = expected_of(
+        data, [](double u) { return u < kCutU || u > kSecondU; }, kDoubted);
     size_t between = 0;
     for (size_t i = 0; i < error.size(); ++i) {
         if (u_of(data, i) < kCutU + 2 || u_of(data, i) > kSecondU - 2) continue;

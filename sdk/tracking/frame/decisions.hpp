@@ -329,9 +329,9 @@ struct FrameFound {
     // of the landmarks | an image with as many features and `few_matches` shows other tissue, whose
     //   patches agree by chance | set by hand
     static constexpr Ratio kOtherTissueFeatures = {1, 2};
-    // of all features that are looked for | where the template's texture is faint a frame with
-    // fewer
-    //   may show noise | 16 to 207 of 768, [faint-texture]
+    // of all features that are looked for | where the template's texture is faint a frame with as
+    //   many shows more than noise
+    //   | 16 to 207 of 768 are noise, [faint-texture]
     static constexpr Ratio kMoreThanNoise = {1, 2};
     // matches | fewer agree: other tissue, or `DEFREC_REASON_FEW_MATCHES` | set by hand
     static constexpr uint32_t kFewMatches = 10;
