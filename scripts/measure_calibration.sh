@@ -69,8 +69,9 @@ console.log(`| ${cells.join(" | ")} |`);
 SCRIPT
 }
 
-# ExpectedError of sdk/tracking/frame/decisions.hpp was fitted to these, to five of the reference
-# sequences, and to ../shared/data/rendered_b. The others are kept apart: never use them to fit.
+# ExpectedError of sdk/tracking/decisions/confidence.hpp was fitted to these, to five of the
+# reference sequences, and to ../shared/data/rendered_b. The others are kept apart: never use them
+# to fit.
 fitted() { # SCENE
     local folder="out/calibration/$1-fitted"
     render "$folder" "$1" --size 960x540 --frames 40 --seed 1

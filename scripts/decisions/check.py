@@ -297,9 +297,7 @@ def check_sources(tree, allowed):
 
 
 def check_use(tree):
-    for path in header.HEADERS:
-        if not (tree / path).exists():
-            continue
+    for path in header.headers(tree):
         for decision in header.read((tree / path).read_text(), path):
             code = "".join(
                 code_of((tree / user).read_text()) for user in header.users(tree, decision)

@@ -1,12 +1,14 @@
-"""Reads a header of decision numbers, such as sdk/tracking/frame/decisions.hpp.
+"""Reads headers of decision numbers, such as sdk/tracking/decisions/rig.hpp.
 
 A struct is a decision, each `static constexpr` member of it a number. So is a member with a value
 of a struct that is a base of TrackerSettings. The comment before a number is
 
     unit | what it decides | source
 
-with `1` for no unit. Lines of the struct's comment may begin with "Source:", the source of the
-numbers that name none, and "Judged again by:", a command. Lines that go on are indented.
+with `1` for no unit. The source is a formula, a measurement or the reasoning that fixed the number;
+[name] is a page of docs/experiments; "set by hand" says that none is recorded. Lines of the
+struct's comment may begin with "Source:", the source of the numbers that name none, and "Judged
+again by:", a command. Lines that go on are indented.
 """
 import dataclasses
 import pathlib
@@ -30,8 +32,8 @@ FOLDERS = (
     "sdk/predictor",
     "sdk/session",
 )
-HEADERS = (
-    "sdk/tracking/frame/decisions.hpp",
+HEADERS = (  # a folder stands for those in it
+    "sdk/tracking/decisions",
     "sdk/template/decisions.hpp",
     "sdk/body/decisions.hpp",
     "sdk/rig/decisions.hpp",
@@ -163,21 +165,25 @@ def read(text, path="header"):
     return decisions
 
 
+def headers(tree):
+    """Paths of the headers, those of a folder by name."""
+    for place in HEADERS:
+        path = tree / place
+        found = sorted(path.glob("*.hpp")) if path.is_dir() else [path]
+        yield from (each.relative_to(tree).as_posix() for each in found if each.exists())
+
+
 def read_all(tree=ROOT):
-    return [
-        each
-        for path in HEADERS
-        if (tree / path).exists()
-        for each in read((tree / path).read_text(), path)
-    ]
+    return [each for path in headers(tree) for each in read((tree / path).read_text(), path)]
 
 
 def sources(tree):
     """Paths of the sources whose numbers stand in a header; tests are none."""
+    excluded = set(headers(tree))
     for path in (path for folder in FOLDERS for path in sorted((tree / folder).rglob("*"))):
         is_test = path.stem.startswith("test_") or path.stem.endswith("_test")
         name = path.relative_to(tree).as_posix()
-        if path.suffix in (".cpp", ".hpp") and not is_test and name not in HEADERS:
+        if path.suffix in (".cpp", ".hpp") and not is_test and name not in excluded:
             yield name
 
 

@@ -24,6 +24,7 @@ bool is_found(int patches) {  // at least 7.5
     return patches >= FrameFound::kMinPatches && FrameFound::kEighth > 0;
 }
 """
+PLACE = f"{header.HEADERS[0]}/states.hpp"
 MARKS = "<!-- FrameFound, by scripts/decisions/generate.py -->\nold\n<!-- end of table -->\n"
 
 
@@ -32,7 +33,7 @@ class TreeTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.tree = pathlib.Path(folder.name)
-        self.write(header.HEADERS[0], HEADER)
+        self.write(PLACE, HEADER)
         self.write("sdk/tracking/a.cpp", SOURCE)
         self.write("docs/experiments/2026-01-02-in-vain.md", "")
 
@@ -118,8 +119,20 @@ class CheckTest(TreeTest):
         self.write("sdk/tracking/a.cpp", SOURCE.replace("FrameFound::kEighth", "0"))
         self.assertEqual(
             check.check(self.tree, {}),
-            [f"{header.HEADERS[0]}: FrameFound::kEighth is used nowhere"],
+            [f"{PLACE}: FrameFound::kEighth is used nowhere"],
         )
+
+
+class FolderTest(TreeTest):
+    def test_the_headers_of_a_folder_are_read_by_name(self):
+        self.write(f"{header.HEADERS[0]}/rig.hpp", HEADER.replace("FrameFound", "RigRows"))
+        self.write(header.HEADERS[1], HEADER.replace("FrameFound", "Anchors"))
+        self.assertEqual(
+            [each.name for each in header.read_all(self.tree)], ["RigRows", "FrameFound", "Anchors"]
+        )
+
+    def test_a_header_of_a_folder_is_no_source(self):
+        self.assertEqual(list(header.sources(self.tree)), ["sdk/tracking/a.cpp"])
 
 
 class HeaderTest(unittest.TestCase):

@@ -1,5 +1,5 @@
-// The numbers by which the doctor decides, as in sdk/tracking/frame/decisions.hpp: unit | what it
-// decides | source. [name] is a page of docs/experiments.
+// The numbers by which the doctor decides, as scripts/decisions/header.py reads them: unit | what
+// it decides | source. [name] is a page of docs/experiments.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// The numbers by which points are predicted to the time of display, as in
-// sdk/tracking/frame/decisions.hpp: unit | what it decides | source.
+// The numbers by which points are predicted to the time of display, as scripts/decisions/header.py
+// reads them: unit | what it decides | source.
 #pragma once
 #include <cstddef>
 

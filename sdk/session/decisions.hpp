@@ -1,4 +1,4 @@
-// The numbers by which a run of `defrec track` decides, as in sdk/tracking/frame/decisions.hpp:
+// The numbers by which a run of `defrec track` decides, as scripts/decisions/header.py reads them:
 // unit | what it decides | source. [name] is a page of docs/experiments.
 #pragma once
 

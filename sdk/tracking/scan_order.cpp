@@ -5,7 +5,7 @@
 #include <array>
 
 #include "sdk/contract/pixel_format.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/images.hpp"
 #include "sdk/tracking/frame/gray_copy.hpp"
 
 namespace defrec {

@@ -7,8 +7,10 @@
 
 #include "sdk/base/os/services.hpp"
 #include "sdk/template/cut.hpp"
+#include "sdk/tracking/decisions/disparity.hpp"
+#include "sdk/tracking/decisions/images.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/monitors/frame_state.hpp"
 
 namespace defrec {

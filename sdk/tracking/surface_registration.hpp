@@ -10,9 +10,10 @@
 #include <vector>
 
 #include "sdk/base/os/beside_thread.hpp"
+#include "sdk/tracking/decisions/rig.hpp"
+#include "sdk/tracking/decisions/states.hpp"
 #include "sdk/tracking/device_wait.hpp"
 #include "sdk/tracking/evidence/tissue_colours.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 #include "sdk/tracking/frame_attempt.hpp"
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map/map_growth.hpp"

@@ -1,4 +1,4 @@
-// The numbers by which `defrec handeye` decides, as in sdk/tracking/frame/decisions.hpp: unit |
+// The numbers by which `defrec handeye` decides, as scripts/decisions/header.py reads them: unit |
 // what it decides | source.
 #pragma once
 

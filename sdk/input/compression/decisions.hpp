@@ -1,6 +1,5 @@
-// The numbers by which a video is found to be strongly compressed, as in
-// sdk/tracking/frame/decisions.hpp: unit | what it decides | source. [name] is a page of
-// docs/experiments.
+// The numbers by which a video is found to be strongly compressed, as scripts/decisions/header.py
+// reads them: unit | what it decides | source. [name] is a page of docs/experiments.
 #pragma once
 
 #include <cstddef>

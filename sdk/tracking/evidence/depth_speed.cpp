@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
 
 namespace defrec {
 

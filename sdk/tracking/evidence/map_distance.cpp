@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "sdk/template/grid_distance.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
 
 namespace defrec {
 namespace {

@@ -6,7 +6,8 @@
 #include <limits>
 
 #include "sdk/template/check_patches.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 
 namespace defrec {
 namespace {

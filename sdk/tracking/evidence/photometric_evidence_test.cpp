@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 
 using namespace defrec;
 using decisions::Confidence;

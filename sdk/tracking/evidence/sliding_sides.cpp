@@ -9,7 +9,8 @@
 
 #include "sdk/template/cut.hpp"
 #include "sdk/template/grid_lookup.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 
 namespace defrec {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "sdk/template/cut.hpp"
 #include "sdk/template/test_capture.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
 
 using namespace defrec;
 

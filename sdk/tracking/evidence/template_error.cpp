@@ -1,8 +1,8 @@
 // See template_error.hpp.
 #include "sdk/tracking/evidence/template_error.hpp"
 
+#include "sdk/tracking/decisions/confidence.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "sdk/base/util/median.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/unseen.hpp"
 
 namespace defrec {
 namespace {

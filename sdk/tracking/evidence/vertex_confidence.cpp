@@ -14,8 +14,8 @@
 #include "sdk/base/util/array_part.hpp"
 #include "sdk/template/cut.hpp"
 #include "sdk/template/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "include/defrec_c.h"
 #include "sdk/contract/pixel_format.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/unseen.hpp"
 
 namespace {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/stages.hpp"
 
 namespace defrec {
 namespace {

@@ -8,7 +8,7 @@
 #include "sdk/base/util/error.hpp"
 #include "sdk/rig/rig.hpp"
 #include "sdk/template/decisions.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/disparity.hpp"
 #include "sdk/tracking/frame/frame_input.hpp"
 
 namespace defrec {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "include/defrec_c.h"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/stages.hpp"
 
 namespace defrec {
 namespace {

@@ -1,7 +1,7 @@
 // The settings that a tracker is given, and the numbers by which it decides.
 #pragma once
 #include "include/defrec_c.h"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/settings.hpp"
 
 namespace defrec {
 

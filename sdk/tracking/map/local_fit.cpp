@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "backends/shared/rigid_fit.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/states.hpp"
 
 namespace defrec {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "sdk/base/os/platform.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 
 namespace defrec {
 namespace {

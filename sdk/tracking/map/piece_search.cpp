@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/states.hpp"
 #include "sdk/tracking/map/local_fit.hpp"
 
 namespace defrec {

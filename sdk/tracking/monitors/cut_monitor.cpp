@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "sdk/base/util/median.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 #include "sdk/tracking/monitors/band.hpp"
 
 namespace defrec {

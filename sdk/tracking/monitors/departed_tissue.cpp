@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "sdk/tracking/decisions/template_changes.hpp"
 #include "sdk/tracking/evidence/photometric_evidence.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {

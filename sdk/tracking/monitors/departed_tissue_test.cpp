@@ -3,8 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include "sdk/tracking/decisions/template_changes.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 using namespace defrec;
 using decisions::Departure;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sdk/base/util/median.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/disparity.hpp"
 
 namespace defrec {
 namespace {

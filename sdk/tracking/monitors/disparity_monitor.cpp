@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/rig.hpp"
 
 namespace defrec {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/util/word_hash.hpp"
+#include "sdk/tracking/decisions/settings.hpp"
 
 namespace defrec {
 namespace {

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "sdk/contract/enumerations.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/images.hpp"
+#include "sdk/tracking/decisions/states.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
 #include "sdk/tracking/frame/tracker_settings.hpp"
 

@@ -11,6 +11,7 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/base/os/services.hpp"
 #include "sdk/template/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
 
 namespace {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sdk/base/util/word_hash.hpp"
+#include "sdk/tracking/decisions/images.hpp"
 
 namespace defrec {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/rig.hpp"
 
 namespace defrec {
 

@@ -8,7 +8,7 @@
 
 #include "sdk/base/util/median.hpp"
 #include "sdk/template/cut.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 #include "sdk/tracking/monitors/band.hpp"
 #include "sdk/tracking/monitors/side_levels.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sdk/template/nearest_nodes.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 #include "sdk/tracking/map/piece_search.hpp"
 #include "sdk/tracking/monitors/lifted_region.hpp"
 

@@ -6,6 +6,7 @@
 
 #include "sdk/base/util/ratio.hpp"
 #include "sdk/template/decisions.hpp"
+#include "sdk/tracking/decisions/states.hpp"
 #include "sdk/tracking/monitors/frame_state.hpp"
 
 namespace defrec {

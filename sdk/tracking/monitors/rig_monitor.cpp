@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "sdk/tracking/decisions/rig.hpp"
+
 namespace defrec {
 
 RigMonitor::RigMonitor(uint32_t width, uint32_t height, uint32_t self_calibration)

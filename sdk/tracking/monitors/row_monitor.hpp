@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/rig.hpp"
 #include "sdk/tracking/frame/frame_output.hpp"
 #include "sdk/tracking/frame/rig_estimate.hpp"
 #include "sdk/tracking/monitors/lasting_lag.hpp"

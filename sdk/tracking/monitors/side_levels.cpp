@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 
 namespace defrec {
 namespace {

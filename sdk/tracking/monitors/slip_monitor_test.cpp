@@ -11,7 +11,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/template/cut.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 
 using namespace defrec;
 

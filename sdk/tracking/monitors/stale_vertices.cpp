@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "sdk/base/util/median.hpp"
+#include "sdk/tracking/decisions/images.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 void StaleVertices::find(const Rig& rig, std::array<FrozenRegions, 2>& blocks,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "sdk/tracking/decisions/images.hpp"
+
 namespace defrec {
 namespace {
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "sdk/tracking/decisions/states.hpp"
+
 namespace defrec {
 
 void TemplateTrial::begin(uint32_t features, uint32_t least) {

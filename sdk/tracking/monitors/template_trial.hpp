@@ -3,8 +3,6 @@
 #pragma once
 #include <cstdint>
 
-#include "sdk/tracking/frame/decisions.hpp"
-
 namespace defrec {
 
 class TemplateTrial {

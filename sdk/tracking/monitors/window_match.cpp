@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "sdk/template/check_patches.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/template_changes.hpp"
 
 namespace defrec {
 namespace {

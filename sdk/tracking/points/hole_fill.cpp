@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/unseen.hpp"
 
 namespace defrec {
 namespace {

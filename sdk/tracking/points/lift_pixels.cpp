@@ -12,7 +12,7 @@
 #include "sdk/template/nearest_nodes.hpp"
 #include "sdk/template/pixel_buckets.hpp"
 #include "sdk/template/surface.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/points.hpp"
 #include "sdk/tracking/points/point_motion.hpp"
 
 namespace defrec {

@@ -10,8 +10,8 @@
 #include "sdk/body/decisions.hpp"
 #include "sdk/body/deep_motion.hpp"
 #include "sdk/template/nearest_surface.hpp"
+#include "sdk/tracking/decisions/points.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {

@@ -2,7 +2,7 @@
 #include "sdk/tracking/points/point_motion.hpp"
 
 #include "sdk/template/nearest_surface.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/confidence.hpp"
 
 namespace defrec {
 

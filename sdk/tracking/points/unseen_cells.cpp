@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "sdk/body/body_piece.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {

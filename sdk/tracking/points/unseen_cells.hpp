@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "sdk/template/template.hpp"
+#include "sdk/tracking/decisions/unseen.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 

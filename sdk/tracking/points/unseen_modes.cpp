@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/unseen.hpp"
 #include "sdk/tracking/points/unseen_kriging.hpp"
 
 namespace defrec {

@@ -9,8 +9,8 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/os/helped_loop.hpp"
+#include "sdk/tracking/decisions/unseen.hpp"
 #include "sdk/tracking/evidence/vertex_runs.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
 
 namespace defrec {
 namespace {

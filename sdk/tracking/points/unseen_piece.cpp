@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "sdk/body/deep_motion.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/unseen.hpp"
 
 namespace defrec {
 namespace {

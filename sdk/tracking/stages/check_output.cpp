@@ -8,7 +8,7 @@
 #include <cstddef>
 
 #include "sdk/base/util/error.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/stages.hpp"
 #include "sdk/tracking/stages/pipeline.hpp"
 
 namespace defrec {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/disparity.hpp"
 
 namespace defrec {
 namespace {

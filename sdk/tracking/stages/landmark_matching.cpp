@@ -1,7 +1,7 @@
 // See landmark_matching.hpp.
 #include "sdk/tracking/stages/landmark_matching.hpp"
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/stages.hpp"
 #include "sdk/tracking/stages/make_stage.hpp"
 #include "sdk/tracking/stages/template_buffers.hpp"
 

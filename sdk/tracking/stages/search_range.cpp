@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sdk/base/util/error.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/disparity.hpp"
 #include "sdk/tracking/stages/coarse_search.hpp"
 
 namespace defrec {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sdk/template/template.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/stages.hpp"
 
 namespace defrec {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/stages.hpp"
 #include "sdk/tracking/frame/tracker_settings.hpp"
 
 namespace defrec {

@@ -5,7 +5,7 @@
 
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/decisions.hpp"
-#include "sdk/tracking/frame/decisions.hpp"
+#include "sdk/tracking/decisions/stages.hpp"
 #include "sdk/tracking/stages/make_stage.hpp"
 #include "sdk/tracking/stages/template_buffers.hpp"
 #include "sdk/tracking/stages/template_patches.hpp"
