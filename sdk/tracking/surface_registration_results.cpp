@@ -195,9 +195,13 @@ void SurfaceRegistration::describe_surface(TrackerJob& job, FrameAttempt& attemp
              before, attempt.plan().uses_depth, result.is_interlaced(),
              rig_monitor_.state().disparities.baseline_drift_px(), stale_.views(),
              changes_.slip_doubts(), changes_.unconfirmed(), job.input.disparity,
-             attempt.given_error_px, &surface_.depth_speed(), colours_.any() ? &colours_ : nullptr},
+             attempt.given_error_px, surface_.contradicted_depth().mm(), &surface_.depth_speed(),
+             colours_.any() ? &colours_ : nullptr},
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
+        if (attempt.plan().uses_depth)
+            surface_.contradicted_depth().add_frame(job.memory.output.samples,
+                                                    attempt.photometric().is_confirmed);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);
         forget_departed(job.memory.output.samples, attempt.photometric(), result.confidence);
         result.known = {

@@ -71,6 +71,7 @@ void TrackedSurface::adopt(Next next, Source source) {
     age_ = 0;
     take(std::move(next));
     depth_speed_.begin(samples_.size());
+    contradicted_depth_.begin(samples_.size());
     if (source == Source::kCapturedAgain) return;
     ++epoch_;
     ++template_epoch_;
@@ -79,6 +80,7 @@ void TrackedSurface::adopt(Next next, Source source) {
 void TrackedSurface::change(Next next) {
     take(std::move(next));
     depth_speed_.grow(samples_.size());
+    contradicted_depth_.grow(samples_.size());
     ++template_epoch_;
 }
 

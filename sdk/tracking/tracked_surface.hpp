@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sdk/base/os/beside_thread.hpp"
+#include "sdk/tracking/evidence/contradicted_depth.hpp"
 #include "sdk/tracking/evidence/vertex_confidence.hpp"
 #include "sdk/tracking/monitors/camera_anchor.hpp"
 #include "sdk/tracking/monitors/piece_states.hpp"
@@ -83,6 +84,8 @@ class TrackedSurface {
     void move_samples();
     // By the samples that were kept.
     const DepthSpeed& depth_speed() const { return depth_speed_; }
+    // By what the tracker told it; as long as the samples.
+    ContradictedDepth& contradicted_depth() { return contradicted_depth_; }
     // The next frame looks for pieces that are lost where their landmarks' matches say.
     void search_lost_pieces(std::span<const defrec_match> matches);
 
@@ -126,6 +129,7 @@ class TrackedSurface {
     PieceStates pieces_;
     UnseenMotion unseen_;
     DepthSpeed depth_speed_;
+    ContradictedDepth contradicted_depth_;
     bool uses_depth_ = false;  // the last frame that was found
     bool is_tracking_ = false;
     uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;

@@ -241,6 +241,9 @@ class ConfidenceEstimate {
           rig_(*model.data, evidence),
           max_doubt_(evidence.rig.lag_frames == 0 ? Confidence::kMaxRigDoubt
                                                   : Confidence::kMaxLateDoubt),
+          max_contradicted_(
+              std::max(decisions::ContradictedDepth::kMax,
+                       decisions::ContradictedDepth::kMaxShare * evidence.mean_residual_mm)),
           noise_(Share::kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
           shared_noise_px2_(
               std::max(0.0f, evidence.rig.shared_noise_px2 - Share::kUsualSharedNoise)),
@@ -347,7 +350,8 @@ class ConfidenceEstimate {
                        is_shown = photometric_.is_confirmed[i] != 0,
                        is_in_front = sample.observation == DEFREC_OCCLUDED && is_shown;
             residual[k] = sample.observation == DEFREC_OBSERVED ? sample.residual : 0;
-            astray[k] = is_behind || is_in_front ? sample.residual : 0;
+            astray[k] =
+                std::max(is_behind || is_in_front ? std::abs(sample.residual) : 0, contradicted(i));
             to_photometric[k] = confidence_.to_photometric[model_.grids.cell(i)];
             to_observed[k] = confidence_.to_observed[model_.grids.cell(i)];
             mismatch[k] = is_shown ? 1 - photometric_.check_score[i] : 0;
@@ -392,13 +396,18 @@ class ConfidenceEstimate {
                                                            count) = covariance.transpose();
     }
 
+    // mm, in the frames before.
+    float contradicted(size_t i) const {
+        return i < evidence_.contradicted_mm.size() ? evidence_.contradicted_mm[i] : 0;
+    }
     void set_status(size_t i, float to_observed) const {
         // At an edge it lies in a gap, or was counted to the wrong side.
         const bool is_astray = model_.is_at_edge[i] != 0 &&
                                (confidence_.evidence[i] & DEFREC_EVIDENCE_PHOTOMETRIC) == 0;
         const bool is_observed = confidence_.evidence[i] == kBoth &&
                                  model_.border_mm[i] < Confidence::kMaxBorder &&
-                                 confidence_.cut_side_mm[i] < Confidence::kMaxCutSide;
+                                 confidence_.cut_side_mm[i] < Confidence::kMaxCutSide &&
+                                 contradicted(i) < max_contradicted_;
         confidence_.status[i] = is_observed ? DEFREC_POINT_OBSERVED
                                 : to_observed <= Confidence::kFarthest && !is_astray
                                     ? DEFREC_POINT_EXTRAPOLATED
@@ -417,7 +426,7 @@ class ConfidenceEstimate {
     const SurfaceSamples samples_;
     const PhotometricEvidence& photometric_;
     const RigDoubt rig_;
-    const float max_doubt_, noise_, shared_noise_px2_;
+    const float max_doubt_, max_contradicted_, noise_, shared_noise_px2_;
     VertexConfidence& confidence_;
 };
 
