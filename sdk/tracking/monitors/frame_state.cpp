@@ -212,7 +212,7 @@ FrameQuality classify(const TemplateData& data, const Evidence& evidence,
                                 confirmed >= min_share &&
                                 evidence.inliers >= FrameFound::kMinMatches;
     quality.found = !is_other_tissue && (patches_agree || features_agree) &&
-                    (observed >= FrameFound::kMinDepthShare || !uses_depth) &&
+                    (observed >= FrameFound::kMinDepthShare.after(was_found) || !uses_depth) &&
                     inside_share >= FrameFound::kMinInsideShare;
 
     // Neither smoke nor blur leave so many features: the surface is not where it is looked for.

@@ -219,6 +219,19 @@ TEST_CASE("row 58: without depth and without patches the frame is lost") {
     CHECK((quality.reasons & DEFREC_REASON_NO_DEPTH) != 0);
 }
 
+TEST_CASE("a lost surface is found again where depth agrees at more of it than it may by chance") {
+    Fixture f;
+    const auto agrees_at = [&f](size_t of_hundred) {
+        for (size_t i = 0; i < f.samples.size(); ++i)
+            f.samples[i].observation = i % 100 < of_hundred ? DEFREC_OBSERVED : DEFREC_NO_DEPTH;
+    };
+    agrees_at(15);
+    CHECK(f.quality(true).found);
+    CHECK_FALSE(f.quality(false).found);
+    agrees_at(40);
+    CHECK(f.quality(false).found);
+}
+
 TEST_CASE("row 66: a surface that depth lies far from is degraded, and says so") {
     Fixture f;
     for (defrec_surface_sample& sample : f.output.samples) sample.residual = 0.9f;
