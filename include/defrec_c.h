@@ -1171,8 +1171,9 @@ enum {
     DEFREC_POINT_OBSERVED     = 0, /**< observed in both directions: DEFREC_EVIDENCE_DEPTH and
                                         DEFREC_EVIDENCE_PHOTOMETRIC */
     DEFREC_POINT_EXTRAPOLATED = 1, /**< from its neighbourhood: occluded, outside, without depth,
-                                        not recognised in the image, or beside another piece at
-                                        another depth */
+                                        not recognised in the image, beside another piece at
+                                        another depth, or where depth contradicted the surface in
+                                        the frames before */
     DEFREC_POINT_UNKNOWN      = 2  /**< not to be trusted: the frame is lost, or nothing near it was
                                         seen */
 };

@@ -84,6 +84,10 @@ void SurfaceRegistration::conclude(Frame& frame, FrameAttempt& attempt) {
         add_unseen_lag(surface_.data().camera, rig_monitor_.state().left.unseen_lag_frames,
                        surface_.samples(), frame.job.memory.output.samples, result.confidence);
     if (is_found && uses_depth) rig_monitor_.end_depth();
+    // A frame that is relocalised may still be on its way to where the surface is.
+    if (frame.shows_cuts && result.state != DEFREC_RELOCALISED)
+        surface_.add_depth(frame.job.memory.output.samples, attempt.photometric().is_confirmed,
+                           result.confidence.status);
     frame.committed = &attempt;
     std::swap(frame.job.result, attempt.result);
     // Working memory stays where it has grown.
@@ -195,13 +199,10 @@ void SurfaceRegistration::describe_surface(TrackerJob& job, FrameAttempt& attemp
              before, attempt.plan().uses_depth, result.is_interlaced(),
              rig_monitor_.state().disparities.baseline_drift_px(), stale_.views(),
              changes_.slip_doubts(), changes_.unconfirmed(), job.input.disparity,
-             attempt.given_error_px, surface_.contradicted_depth().mm(), &surface_.depth_speed(),
-             colours_.any() ? &colours_ : nullptr},
+             attempt.given_error_px, surface_.contradicted_depth().doubt_mm(),
+             &surface_.depth_speed(), colours_.any() ? &colours_ : nullptr},
             job.services()->own_threads(), [&] { attempt.fit_rigid_motion(surface_.model()); },
             result.confidence);
-        if (attempt.plan().uses_depth)
-            surface_.contradicted_depth().add_frame(job.memory.output.samples,
-                                                    attempt.photometric().is_confirmed);
         forget_lost_pieces(surface_.pieces().pieces(), surface.vertex_pieces(), result.confidence);
         forget_departed(job.memory.output.samples, attempt.photometric(), result.confidence);
         result.known = {

@@ -84,8 +84,12 @@ class TrackedSurface {
     void move_samples();
     // By the samples that were kept.
     const DepthSpeed& depth_speed() const { return depth_speed_; }
-    // By what the tracker told it; as long as the samples.
-    ContradictedDepth& contradicted_depth() { return contradicted_depth_; }
+    // By the frames that add_depth() was given: as ContradictedDepth::add_frame().
+    const ContradictedDepth& contradicted_depth() const { return contradicted_depth_; }
+    void add_depth(SurfaceSamples samples, std::span<const uint8_t> is_confirmed,
+                   std::span<const uint8_t> status) {
+        contradicted_depth_.add_frame(samples, is_confirmed, status);
+    }
     // The next frame looks for pieces that are lost where their landmarks' matches say.
     void search_lost_pieces(std::span<const defrec_match> matches);
 

@@ -43,6 +43,26 @@ TEST_CASE("each template has a number, and a changed one another number of its o
     check_numbers(surface, 2, 3);
 }
 
+TEST_CASE("depth that was contradicted stays so in a changed template, and in no other") {
+    TrackedSurface surface(false);
+    surface.adopt(plane(), Source::kCaptured);
+    const size_t count = surface.samples().size();
+    std::vector<defrec_surface_sample> samples(count);
+    for (defrec_surface_sample& sample : samples) {
+        sample.observation = DEFREC_INCONSISTENT;
+        sample.residual = 3;
+    }
+    const std::vector<uint8_t> is_confirmed(count, 1), status(count, DEFREC_POINT_EXTRAPOLATED);
+    surface.add_depth(samples, is_confirmed, status);
+    const auto doubt = [&surface] { return surface.contradicted_depth().doubt_mm(); };
+    REQUIRE(doubt().size() == count);
+    CHECK(doubt()[0] > 0);
+    surface.change(plane());
+    CHECK(doubt()[0] > 0);
+    surface.adopt(plane(), Source::kCaptured);
+    CHECK(doubt()[0] == 0);
+}
+
 TEST_CASE("a template that is captured once more keeps its number, and so does one that is not") {
     TrackedSurface surface(false);
     surface.adopt(plane(), Source::kCaptured);

@@ -372,7 +372,8 @@ namespace Defrec
         Observed = 0,
         /// <summary>
         /// From its neighbourhood: occluded, outside, without depth, not recognised in the image,
-        /// or beside another piece at another depth.
+        /// beside another piece at another depth, or where depth contradicted the surface in the
+        /// frames before.
         /// </summary>
         Extrapolated = 1,
         /// <summary>Not to be trusted: the frame is lost, or nothing near it was seen.</summary>

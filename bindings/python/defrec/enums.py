@@ -335,8 +335,8 @@ class PointStatus(OpenEnum):
     OBSERVED = 0
     """Observed in both directions: Evidence.DEPTH and Evidence.PHOTOMETRIC."""
     EXTRAPOLATED = 1
-    """From its neighbourhood: occluded, outside, without depth, not recognised in the image, or
-    beside another piece at another depth."""
+    """From its neighbourhood: occluded, outside, without depth, not recognised in the image, beside
+    another piece at another depth, or where depth contradicted the surface in the frames before."""
     UNKNOWN = 2
     """Not to be trusted: the frame is lost, or nothing near it was seen."""
 

@@ -91,8 +91,7 @@ struct Confidence {
     // frames | after which it grows no more | set by hand
     static constexpr uint32_t kLongestGrowth = 100;
     // mm per mm | growth of the error of a point off the surface, beyond two steps of the grid |
-    // set
-    //   by hand
+    //   set by hand
     static constexpr double kGrowthOffSurface = 0.03;
     // mm | nothing is known of a point farther from the surface; its error is as large | set by
     // hand
@@ -173,18 +172,21 @@ struct DepthSpeed {
 
 // Depth that the frames before contradicted.
 struct ContradictedDepth {
-    // frames | over which what depth is off by is a mean, while it is contradicted | noise
-    //   contradicts it now and then, [contradicted-depth]
+    // frames | time constant of what depth is off by, in frames that contradict | noise of depth
+    //   contradicts in single frames, [contradicted-depth]
     static constexpr float kRise = 8;
-    // frames | the same while it agrees | longer: beside a crease it does so by chance
+    // frames | the same in frames that agree | longer: beside a crease half of them agree by chance
     static constexpr float kFall = 40;
+    // mm | a contradiction counts for so much at most: an instrument's edge over a check that still
+    //   fits is no crease | set by hand
+    static constexpr float kMost = 5;
     // mm | a vertex whose depth is off by so much is not called observed | points called observed
-    //   beyond 2 mm in `loops` of seeds 31 and 32 and with climb 25: 51, 15, 60 without, 7, 15, 15
+    //   beyond 2 mm in `loops` of seeds 31 and 32 and with climb 25: 51, 15, 60 without, 7, 15, 10
     //   with, [contradicted-depth]
-    static constexpr float kMax = 0.5f;
+    static constexpr float kMaxObserved = 0.5f;
     // 1 | or by so much of the frame's mean depth residual, if that is more | else `smoke` loses 1
     //   to 13 % of the points called tracked, `fat` 8 to 31 %
-    static constexpr float kMaxShare = 3;
+    static constexpr float kObservedShare = 3;
 };
 
 }  // namespace defrec::decisions

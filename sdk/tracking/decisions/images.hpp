@@ -29,8 +29,7 @@ struct Images {
     //   usual ones is `DEFREC_REASON_GAP` | set by hand
     static constexpr int64_t kStepMemory = 8;
     // usual steps | a longer one counts as so many in that mean, else no gap was told for long
-    // after
-    //   a pause | 30 frames/s become 3 in six frames
+    //   after a pause | 30 frames/s become 3 in six frames
     static constexpr int64_t kMostSteps = 4;
 };
 

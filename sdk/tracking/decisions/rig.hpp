@@ -155,8 +155,7 @@ struct BaselineDrift {
 // Source: [zoom]
 struct Zoom {
     // logarithm | of the change of scale from one frame to the next, at least | `approach` has
-    // 0.023
-    //   in each frame
+    //   0.023 in each frame
     static constexpr double kLeast = 0.035;
     // logarithm per frame | by which the scale changes likewise before it and after it: the camera
     //   moves, and frames are missing | at most 0.015 in a beating heart, mostly not on both sides

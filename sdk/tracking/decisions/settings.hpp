@@ -1,6 +1,6 @@
-// The numbers by which the tracker decides beside its options: grids where the application names
-// none, and from where on a frame has a reason, as scripts/decisions/header.py reads them: unit |
-// what it decides | source.
+// The tracker's numbers that stand beside its options: grids where the application names none, and
+// from where on a frame has a reason, as scripts/decisions/header.py reads them: unit | what it
+// decides | source.
 #pragma once
 
 namespace defrec::decisions {

@@ -29,9 +29,9 @@ struct FrameFound {
     static constexpr uint32_t kMinPatchesWithMatches = 20;
     // matches | that must agree then | set by hand
     static constexpr uint32_t kMinMatches = 15;
-    // share of the vertices in the image | with depth that agrees, where depth is used | views two
-    //   frames apart show a wrong surface depth at 0.11 to 0.17, the first right one after a lost
-    //   frame has 0.45 and more, [found-by-chance]
+    // share of the vertices in the image | with depth that agrees, where depth is used | 0.11 to
+    //   0.17 agreed with a wrong surface where the views were two frames apart, 0.45 and more with
+    //   the right one in the first frame after a loss, [found-by-chance]
     static constexpr ByState<double> kMinDepthShare = {0.1, 0.25};
     // share of the first view's vertices | that must lie in the image | set by hand
     static constexpr double kMinInsideShare = 0.05;
@@ -96,7 +96,7 @@ struct Pieces {
     static constexpr ByState<double> kMinPatchShare = {0.05, 0.12};
     // share of the piece's vertices in the image | with depth that agrees, where depth is used | as
     //   of a frame
-    static constexpr double kMinDepthShare = 0.1;
+    static constexpr ByState<double> kMinDepthShare = {0.1, 0.25};
     // share of the piece's vertices | in the image: the piece is expected there | set by hand
     static constexpr Ratio kExpectedShare = {1, 20};
 };

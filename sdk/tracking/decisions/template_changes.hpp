@@ -52,8 +52,7 @@ struct Cuts {
 // Source: [sliding], where it names no other
 struct Slips {
     // frames | without photometric evidence at a cell, less those with it, before it counts | a
-    // band
-    //   whose sides slide is told by these already
+    //   band whose sides slide is told by these already
     static constexpr uint8_t kFrames = 3;
     // spacings of control points | across the band, to where the template is seen again | as cuts
     static constexpr double kReach = 5;
@@ -90,8 +89,7 @@ struct Slips {
     //   follows less
     static constexpr double kMinSlip = 1;
     // spacings of control points | between the motions of the nearest that is seen on either side
-    // of
-    //   a part of a band: less cannot be that much | set by hand
+    //   of a part of a band: less cannot be that much | set by hand
     static constexpr double kMayHaveSlid = 0.5;
     // of the median | what a slice slides at least to be alike
     static constexpr double kAlike = 0.5;
@@ -102,8 +100,7 @@ struct Slips {
     // ZNCC | of the better side: less tells nothing | as a check
     static constexpr double kMinZncc = 0.5;
     // ZNCC per cell | by which the line's place in a slice may differ from that in the next | set
-    // by
-    //   hand
+    //   by hand
     static constexpr double kBend = 0.3;
     // of the median | a line goes on to the surface's border, unless sides are seen on the way that
     //   slide less | where lines ended before it tissue was drawn between the sides, [line-ends]
@@ -126,8 +123,7 @@ struct Departure {
     // vertices | from one that is read to the next
     static constexpr size_t kStep = 3;
     // frames | from one in which is noted what was seen to the next, while nothing is seen
-    // elsewhere
-    //   | set by hand
+    //   elsewhere | set by hand
     static constexpr uint32_t kSeenEvery = 8;
     // vertices | round a control point, as it moves them, at least | set by hand
     static constexpr float kMinWeight = 0.5f;
@@ -139,8 +135,7 @@ struct Departure {
     //   frames blurred by 2 px at 320x240, whose depth errs by 2 mm at 0.5 px
     static constexpr float kMinPx = 1.5f;
     // control points | connected with one, that it leaves with at least | a flap has 19 to 28,
-    // other
-    //   scenes 1
+    //   other scenes 1
     static constexpr uint32_t kMinNodes = 4;
     // frames | in a row, in which its image is seen elsewhere | set by hand
     static constexpr uint8_t kFrames = 1;

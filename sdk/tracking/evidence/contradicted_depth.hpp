@@ -1,5 +1,5 @@
-// By how much live depth contradicted the surface in the frames before, where its check was found:
-// stereo that agrees with it in single frames, as beside a crease, does so by chance.
+// Remembers where live depth contradicted the surface although its check was found. Stereo agrees
+// with such a place by chance, as beside a crease, in the frames between.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,12 +16,13 @@ class ContradictedDepth {
     void begin(size_t vertices) { mm_.assign(vertices, 0); }
     // The same surface with more of them.
     void grow(size_t vertices) { mm_.resize(vertices); }
-    // The samples of a frame that was followed by disparities. is_confirmed: per vertex, by its
-    // check.
+    // A frame that was followed by disparities. Per vertex: its sample; whether its check was
+    // found, without which the frame tells nothing of it; and its status: one that is unknown may
+    // be anywhere.
     void add_frame(std::span<const defrec_surface_sample> samples,
-                   std::span<const uint8_t> is_confirmed);
-    // Per vertex, how far depth may still be off. As many as the surface had in the last frame.
-    std::span<const float> mm() const { return mm_; }
+                   std::span<const uint8_t> is_confirmed, std::span<const uint8_t> status);
+    // Per vertex, how far depth is off by the frames before.
+    std::span<const float> doubt_mm() const { return mm_; }
 
   private:
     std::vector<float> mm_;

@@ -242,8 +242,8 @@ class ConfidenceEstimate {
           max_doubt_(evidence.rig.lag_frames == 0 ? Confidence::kMaxRigDoubt
                                                   : Confidence::kMaxLateDoubt),
           max_contradicted_(
-              std::max(decisions::ContradictedDepth::kMax,
-                       decisions::ContradictedDepth::kMaxShare * evidence.mean_residual_mm)),
+              std::max(decisions::ContradictedDepth::kMaxObserved,
+                       decisions::ContradictedDepth::kObservedShare * evidence.mean_residual_mm)),
           noise_(Share::kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
           shared_noise_px2_(
               std::max(0.0f, evidence.rig.shared_noise_px2 - Share::kUsualSharedNoise)),
@@ -396,9 +396,9 @@ class ConfidenceEstimate {
                                                            count) = covariance.transpose();
     }
 
-    // mm, in the frames before.
+    // How far depth is off by the frames before, mm.
     float contradicted(size_t i) const {
-        return i < evidence_.contradicted_mm.size() ? evidence_.contradicted_mm[i] : 0;
+        return evidence_.contradicted_mm.empty() ? 0 : evidence_.contradicted_mm[i];
     }
     void set_status(size_t i, float to_observed) const {
         // At an edge it lies in a gap, or was counted to the wrong side.

@@ -96,7 +96,7 @@ struct FrameEvidence {
     // show it, px.
     KeptDisparity given_disparity = {};
     float given_error_px = 0;
-    // ContradictedDepth::mm(), shorter likewise.
+    // ContradictedDepth::doubt_mm(); empty: nothing was contradicted.
     std::span<const float> contradicted_mm = {};
     const DepthSpeed* depth_speed = nullptr;  // of the frames before; nullptr: there are none
     // nullptr: no vertex is covered.

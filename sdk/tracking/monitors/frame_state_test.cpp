@@ -27,6 +27,7 @@ struct Fixture {
     std::vector<defrec_patch_observation> observations;
     std::vector<defrec_patch_prediction> predictions;
     std::vector<defrec_patch_observation> checks;
+    std::vector<float> contradicted_mm;  // by the frames before
     FrameSummary summary;
     FrameOutput output;  // of the arrays above
 
@@ -98,9 +99,10 @@ struct Fixture {
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
         begin_confidence(model, result);
+        FrameEvidence of_frame{output, photometric, mean_residual, rig, last, uses_depth};
+        of_frame.contradicted_mm = contradicted_mm;
         estimate_confidence(
-            model, {output, photometric, mean_residual, rig, last, uses_depth}, helpers, [] {},
-            result);
+            model, of_frame, helpers, [] {}, result);
         return result;
     }
 };
@@ -210,6 +212,22 @@ TEST_CASE(
     CHECK(f.confidence().expected_error[0] > 1.3f * quiet);
 }
 
+TEST_CASE("a vertex whose depth frames before contradicted is in doubt, whatever this one says") {
+    Fixture f;
+    const VertexConfidence sure = f.confidence();
+    REQUIRE(sure.status[kMiddle] == DEFREC_POINT_OBSERVED);
+    f.contradicted_mm.assign(f.samples.size(), 0);
+    f.contradicted_mm[kMiddle] = 0.6f;
+    const VertexConfidence doubted = f.confidence();
+    CHECK(doubted.status[kMiddle] == DEFREC_POINT_EXTRAPOLATED);
+    CHECK(doubted.expected_error[kMiddle] > 0.6f);
+    CHECK(doubted.status[kMiddle + 1] == DEFREC_POINT_OBSERVED);
+    CHECK(doubted.expected_error[kMiddle + 1] == sure.expected_error[kMiddle + 1]);
+    // Noise as large as that.
+    for (defrec_surface_sample& sample : f.output.samples) sample.residual = 0.3f;
+    CHECK(f.confidence().status[kMiddle] == DEFREC_POINT_OBSERVED);
+}
+
 TEST_CASE("row 58: without depth and without patches the frame is lost") {
     Fixture f;
     for (defrec_surface_sample& sample : f.output.samples) sample.observation = DEFREC_NO_DEPTH;
@@ -225,10 +243,10 @@ TEST_CASE("a lost surface is found again where depth agrees at more of it than i
         for (size_t i = 0; i < f.samples.size(); ++i)
             f.samples[i].observation = i % 100 < of_hundred ? DEFREC_OBSERVED : DEFREC_NO_DEPTH;
     };
-    agrees_at(15);
+    agrees_at(24);
     CHECK(f.quality(true).found);
     CHECK_FALSE(f.quality(false).found);
-    agrees_at(40);
+    agrees_at(26);
     CHECK(f.quality(false).found);
 }
 

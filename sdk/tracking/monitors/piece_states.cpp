@@ -48,7 +48,8 @@ bool PieceStates::is_found(size_t piece, const PieceEvidence& evidence, bool use
     return evidence.patches_confirmed >= Pieces::kMinPatches.after(was_found) &&
            evidence.patches_confirmed >=
                Pieces::kMinPatchShare.after(was_found) * evidence.patches_expected &&
-           (evidence.vertices_measured >= Pieces::kMinDepthShare * evidence.vertices_inside ||
+           (evidence.vertices_measured >=
+                Pieces::kMinDepthShare.after(was_found) * evidence.vertices_inside ||
             !uses_depth);
 }
 
