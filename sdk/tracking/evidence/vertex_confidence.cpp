@@ -346,15 +346,11 @@ class ConfidenceEstimate {
             x[k] = sample.position[0];
             y[k] = sample.position[1];
             z[k] = sample.position[2];
-            const bool is_behind = sample.observation == DEFREC_INCONSISTENT,
-                       is_shown = photometric_.is_confirmed[i] != 0,
-                       is_in_front = sample.observation == DEFREC_OCCLUDED && is_shown;
             residual[k] = sample.observation == DEFREC_OBSERVED ? sample.residual : 0;
-            astray[k] =
-                std::max(is_behind || is_in_front ? std::abs(sample.residual) : 0, contradicted(i));
+            astray[k] = disagreement(i);
             to_photometric[k] = confidence_.to_photometric[model_.grids.cell(i)];
             to_observed[k] = confidence_.to_observed[model_.grids.cell(i)];
-            mismatch[k] = is_shown ? 1 - photometric_.check_score[i] : 0;
+            mismatch[k] = photometric_.is_confirmed[i] != 0 ? 1 - photometric_.check_score[i] : 0;
         }
         const Values patches = values(photometric_.patch_px2),
                      check = values(photometric_.check_px2), step = values(model_.step_mm),
@@ -399,6 +395,14 @@ class ConfidenceEstimate {
     // How far depth is off by the frames before, mm.
     float contradicted(size_t i) const {
         return evidence_.contradicted_mm.empty() ? 0 : evidence_.contradicted_mm[i];
+    }
+    // How far live depth is off where the tissue is, by this frame or those before, mm.
+    float disagreement(size_t i) const {
+        const defrec_surface_sample& sample = samples_[i];
+        const bool is_behind = sample.observation == DEFREC_INCONSISTENT,
+                   is_in_front =
+                       sample.observation == DEFREC_OCCLUDED && photometric_.is_confirmed[i] != 0;
+        return std::max(is_behind || is_in_front ? std::abs(sample.residual) : 0, contradicted(i));
     }
     void set_status(size_t i, float to_observed) const {
         // At an edge it lies in a gap, or was counted to the wrong side.
