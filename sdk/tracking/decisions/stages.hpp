@@ -47,7 +47,7 @@ struct Passes {
     static constexpr ByPass<float> kIcpTukey = {3, 1.5f, 1};
 };
 
-// What the tracker sets otherwise than the stages' defaults.
+// The tracker sets these parameters otherwise than the stages' defaults.
 struct StageParameters {
     // 1 | smoothing of disparities; the solver fits a smooth surface to them | [solver-needs]
     static constexpr uint32_t kSmoothPasses = 1;
@@ -122,7 +122,7 @@ struct MapPart {
     static constexpr uint32_t kWholeEvery = 8;
 };
 
-// What is left out of a frame that is short of time.
+// A frame that is short of time leaves parts out.
 struct Deadlines {
     // of the expected time | must be left for a choice | frames differ; set by hand
     static constexpr double kMargin = 1.25;

@@ -101,7 +101,7 @@ struct Pieces {
     static constexpr Ratio kExpectedShare = {1, 20};
 };
 
-// Where a piece went that is lost: RANSAC over the matches of its landmarks.
+// A piece that is lost is looked for by RANSAC over the matches of its landmarks.
 struct PieceSearch {
     // mm | within which matches agree on a rigid motion | tissue that bends is rigid to that much
     static constexpr double kTolerance = 3;

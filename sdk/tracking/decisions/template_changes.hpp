@@ -26,7 +26,7 @@ struct Growth {
     static constexpr uint64_t kMaxPause = 60;
 };
 
-// Where the surface has come apart.
+// Gaps show that the surface has come apart.
 struct Cuts {
     // frames | with a gap at a cell, less those without, before it counts | set by hand
     static constexpr uint8_t kFrames = 5;
@@ -47,8 +47,7 @@ struct Cuts {
     static constexpr int kSmooth = 2;
 };
 
-// Where two sides of a surface slide along each other in contact, and where the line between them
-// runs.
+// Two sides of a surface slide along each other in contact, and a line between them is found.
 // Source: [sliding], where it names no other
 struct Slips {
     // frames | without photometric evidence at a cell, less those with it, before it counts | a
@@ -117,7 +116,7 @@ struct Slips {
     static constexpr int kSearchRadius = 2;
 };
 
-// Where tissue left the place at which the surface has it.
+// Tissue left the place at which the surface has it.
 // Source: [contradicted], where it names no other
 struct Departure {
     // vertices | from one that is read to the next
